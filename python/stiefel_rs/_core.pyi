@@ -77,36 +77,38 @@ __all__ = [
 __VERSION__: Final[str]
 
 def num_threads() -> int:
-    """Number of threads of the global pool."""
+    """Return the number of threads of the global pool."""
 
 def simd_features() -> list[str]:
-    """The vector instruction sets that this processor offers and the kernels may use."""
+    """Return the SIMD instruction sets that this processor offers and that the library may use."""
 
 @overload
 def skew_exp(A: NDArray[np.complexfloating[Any, Any]], *, num_threads: int | None = None) -> _ComplexArray:
-    """Exponential of a skew-symmetric or skew-Hermitian matrix: a rotation or a unitary matrix, to round-off.
+    """Return the exponential of a skew-symmetric or skew-Hermitian matrix.
+
+    The result is a rotation or a unitary matrix, to round-off.
 
     Parameters
     ----------
     A : array_like, shape (..., m, m)
         Real and skew-symmetric, or complex and skew-Hermitian: ``|A + A^H| / 2 <= 1e-12 |A|``.
     num_threads : int, optional
-        Threads for a batch; by default those of the global pool.
+        Number of threads for a batch; by default the size of the global pool.
 
     Returns
     -------
     ndarray, shape (..., m, m)
-        ``e^A``, with ``|Q^H Q - I|_2`` at most ``m * 1e-15``; complex128 where ``A`` is complex, else float64.
+        ``e^A``, with ``|Q^H Q - I|_2`` at most ``m * 1e-15``; complex128 if ``A`` is complex, else float64.
 
     Raises
     ------
     InvalidInputError
-        Not square, not finite, not skew-symmetric or skew-Hermitian (with the measured defect).
+        Not square, not finite, or not skew-symmetric or skew-Hermitian (with the measured defect).
 
     Notes
     -----
-    Closed forms for ``m <= 3`` (complex: ``m <= 2``); even and odd polynomials in ``A^2`` with squaring for moderate norms,
-    the real Schur form of Ward and Gray (1978) or the Hermitian eigenproblem for large ones.
+    Closed forms for ``m <= 3`` (complex: ``m <= 2``); even and odd polynomials in ``A^2`` with squaring for moderate
+    norms; the real Schur form of Ward and Gray (1978) or the Hermitian eigenvalue problem for large norms.
 
     Examples
     --------
@@ -120,29 +122,31 @@ def skew_exp(A: NDArray[np.complexfloating[Any, Any]], *, num_threads: int | Non
 
 @overload
 def skew_exp(A: ArrayLike, *, num_threads: int | None = None) -> _Array:
-    """Exponential of a skew-symmetric or skew-Hermitian matrix: a rotation or a unitary matrix, to round-off.
+    """Return the exponential of a skew-symmetric or skew-Hermitian matrix.
+
+    The result is a rotation or a unitary matrix, to round-off.
 
     Parameters
     ----------
     A : array_like, shape (..., m, m)
         Real and skew-symmetric, or complex and skew-Hermitian: ``|A + A^H| / 2 <= 1e-12 |A|``.
     num_threads : int, optional
-        Threads for a batch; by default those of the global pool.
+        Number of threads for a batch; by default the size of the global pool.
 
     Returns
     -------
     ndarray, shape (..., m, m)
-        ``e^A``, with ``|Q^H Q - I|_2`` at most ``m * 1e-15``; complex128 where ``A`` is complex, else float64.
+        ``e^A``, with ``|Q^H Q - I|_2`` at most ``m * 1e-15``; complex128 if ``A`` is complex, else float64.
 
     Raises
     ------
     InvalidInputError
-        Not square, not finite, not skew-symmetric or skew-Hermitian (with the measured defect).
+        Not square, not finite, or not skew-symmetric or skew-Hermitian (with the measured defect).
 
     Notes
     -----
-    Closed forms for ``m <= 3`` (complex: ``m <= 2``); even and odd polynomials in ``A^2`` with squaring for moderate norms,
-    the real Schur form of Ward and Gray (1978) or the Hermitian eigenproblem for large ones.
+    Closed forms for ``m <= 3`` (complex: ``m <= 2``); even and odd polynomials in ``A^2`` with squaring for moderate
+    norms; the real Schur form of Ward and Gray (1978) or the Hermitian eigenvalue problem for large norms.
 
     Examples
     --------
@@ -156,38 +160,41 @@ def skew_exp(A: ArrayLike, *, num_threads: int | None = None) -> _Array:
 
 @overload
 def orthogonal_log(Q: NDArray[np.complexfloating[Any, Any]], *, num_threads: int | None = None) -> _ComplexArray:
-    """Principal skew logarithm of a rotation (real, all angles below pi) or of a unitary matrix (angles in (-pi, pi]).
+    """Return the principal skew logarithm of a rotation or a unitary matrix.
+
+    The angles of a rotation (real) must be below pi; those of a unitary matrix lie in (-pi, pi].
 
     Parameters
     ----------
     Q : array_like, shape (..., m, m)
-        Real and orthogonal of determinant +1, or complex and unitary: ``|Q^H Q - I| <= 1e-9``.
+        Real and orthogonal with determinant +1, or complex and unitary: ``|Q^H Q - I| <= 1e-9``.
     num_threads : int, optional
-        Threads for a batch; by default those of the global pool.
+        Number of threads for a batch; by default the size of the global pool.
 
     Returns
     -------
     ndarray, shape (..., m, m)
-        ``L = -L^H`` with ``e^L = Q``, complex128 where ``Q`` is complex, else float64. Backward error at most 1e-13 for ``m``
-        up to 50, repeated and clustered angles and angles of ``pi - 1e-10`` included.
+        ``L = -L^H`` with ``e^L = Q``; complex128 if ``Q`` is complex, else float64. The backward error is at most 1e-13
+        for ``m`` up to 50, even for repeated and clustered angles and for angles of ``pi - 1e-10``.
 
     Raises
     ------
     InvalidInputError
-        Not square, not finite, not orthogonal or unitary (with the measured defect).
+        Not square, not finite, or not orthogonal or unitary (with the measured defect).
     OutsideDomainError
-        Only for real ``Q``: determinant -1, or an angle that is pi to working precision; carries ``angle``. No real
-        logarithm is principal there; ``orthogonal_log(Q.astype(complex))`` returns the complex one.
+        Only for real ``Q``: the determinant is -1, or an angle is pi to working precision, so that no real principal
+        logarithm exists; carries ``angle``. ``orthogonal_log(Q.astype(complex))`` returns the complex logarithm.
 
     Notes
     -----
-    Real: closed forms for ``m <= 3``; above, the skew Schur form of ``(Q - Q^T) / 2``, or the symmetric eigenproblem of
-    ``(Q + Q^T) / 2`` and the skew Schur form inside of each group of equal cosines, and one Newton correction.
+    Real: closed forms for ``m <= 3``; for larger ``m``, the skew Schur form of ``(Q - Q^T) / 2``, or the symmetric
+    eigenvalue problem of ``(Q + Q^T) / 2`` and the skew Schur form within each group of equal cosines, and one Newton
+    correction.
 
-    Complex: closed forms for ``m <= 2``; above, the eigenproblem of one Hermitian combination of ``Q`` and ``Q^H``, that
-    of another one inside of each group of equal eigenvalues, and one Newton correction. On the eigenspace of -1 the
-    logarithm is ``i pi``. To working precision the angles pi and -pi are the same: those closer to -pi than ``4 m eps`` are
-    returned as pi.
+    Complex: closed forms for ``m <= 2``; for larger ``m``, the eigenvalue problem of a Hermitian combination of ``Q``
+    and ``Q^H``, a second one within each group of equal eigenvalues, and one Newton correction. On the eigenspace of -1
+    the logarithm is ``i pi``. To working precision the angles pi and -pi are the same: angles closer to -pi than
+    ``4 m eps`` are returned as pi.
 
     Examples
     --------
@@ -201,38 +208,41 @@ def orthogonal_log(Q: NDArray[np.complexfloating[Any, Any]], *, num_threads: int
 
 @overload
 def orthogonal_log(Q: ArrayLike, *, num_threads: int | None = None) -> _Array:
-    """Principal skew logarithm of a rotation (real, all angles below pi) or of a unitary matrix (angles in (-pi, pi]).
+    """Return the principal skew logarithm of a rotation or a unitary matrix.
+
+    The angles of a rotation (real) must be below pi; those of a unitary matrix lie in (-pi, pi].
 
     Parameters
     ----------
     Q : array_like, shape (..., m, m)
-        Real and orthogonal of determinant +1, or complex and unitary: ``|Q^H Q - I| <= 1e-9``.
+        Real and orthogonal with determinant +1, or complex and unitary: ``|Q^H Q - I| <= 1e-9``.
     num_threads : int, optional
-        Threads for a batch; by default those of the global pool.
+        Number of threads for a batch; by default the size of the global pool.
 
     Returns
     -------
     ndarray, shape (..., m, m)
-        ``L = -L^H`` with ``e^L = Q``, complex128 where ``Q`` is complex, else float64. Backward error at most 1e-13 for ``m``
-        up to 50, repeated and clustered angles and angles of ``pi - 1e-10`` included.
+        ``L = -L^H`` with ``e^L = Q``; complex128 if ``Q`` is complex, else float64. The backward error is at most 1e-13
+        for ``m`` up to 50, even for repeated and clustered angles and for angles of ``pi - 1e-10``.
 
     Raises
     ------
     InvalidInputError
-        Not square, not finite, not orthogonal or unitary (with the measured defect).
+        Not square, not finite, or not orthogonal or unitary (with the measured defect).
     OutsideDomainError
-        Only for real ``Q``: determinant -1, or an angle that is pi to working precision; carries ``angle``. No real
-        logarithm is principal there; ``orthogonal_log(Q.astype(complex))`` returns the complex one.
+        Only for real ``Q``: the determinant is -1, or an angle is pi to working precision, so that no real principal
+        logarithm exists; carries ``angle``. ``orthogonal_log(Q.astype(complex))`` returns the complex logarithm.
 
     Notes
     -----
-    Real: closed forms for ``m <= 3``; above, the skew Schur form of ``(Q - Q^T) / 2``, or the symmetric eigenproblem of
-    ``(Q + Q^T) / 2`` and the skew Schur form inside of each group of equal cosines, and one Newton correction.
+    Real: closed forms for ``m <= 3``; for larger ``m``, the skew Schur form of ``(Q - Q^T) / 2``, or the symmetric
+    eigenvalue problem of ``(Q + Q^T) / 2`` and the skew Schur form within each group of equal cosines, and one Newton
+    correction.
 
-    Complex: closed forms for ``m <= 2``; above, the eigenproblem of one Hermitian combination of ``Q`` and ``Q^H``, that
-    of another one inside of each group of equal eigenvalues, and one Newton correction. On the eigenspace of -1 the
-    logarithm is ``i pi``. To working precision the angles pi and -pi are the same: those closer to -pi than ``4 m eps`` are
-    returned as pi.
+    Complex: closed forms for ``m <= 2``; for larger ``m``, the eigenvalue problem of a Hermitian combination of ``Q``
+    and ``Q^H``, a second one within each group of equal eigenvalues, and one Newton correction. On the eigenspace of -1
+    the logarithm is ``i pi``. To working precision the angles pi and -pi are the same: angles closer to -pi than
+    ``4 m eps`` are returned as pi.
 
     Examples
     --------
@@ -245,97 +255,98 @@ def orthogonal_log(Q: ArrayLike, *, num_threads: int | None = None) -> _Array:
     """
 
 def skew_exp_variation(A: ArrayLike, dA: ArrayLike) -> _Frames:
-    """Derivative of the exponential of a skew-symmetric matrix in a direction.
+    """Return the derivative of :func:`skew_exp` in a direction.
 
     Parameters
     ----------
     A : array_like, shape (..., m, m)
         Skew-symmetric or skew-Hermitian, as for :func:`skew_exp`.
     dA : array_like, shape (..., m, m)
-        Direction, of which the skew-symmetric or skew-Hermitian part counts.
+        Direction, of which only the skew-symmetric or skew-Hermitian part is used.
 
     Returns
     -------
     ndarray, shape (..., m, m)
-        Derivative of ``skew_exp(A + h * dA)`` by ``h`` at 0, to about ``m * 1e-15``.
+        Derivative of ``skew_exp(A + h * dA)`` with respect to ``h`` at 0, to about ``m * 1e-15``.
 
     Raises
     ------
     InvalidInputError
-        As :func:`skew_exp`; shape.
+        As for :func:`skew_exp`, or mismatched shapes.
     """
 
 def skew_exp_pullback(A: ArrayLike, W: ArrayLike) -> _Frames:
-    """Gradient of ``sum(W * skew_exp(A))``: the transpose of :func:`skew_exp_variation`.
+    """Return the gradient of ``sum(W * skew_exp(A))``: the transpose of :func:`skew_exp_variation`.
 
     Parameters
     ----------
     A : array_like, shape (..., m, m)
         Skew-symmetric or skew-Hermitian, as for :func:`skew_exp`.
     W : array_like, shape (..., m, m)
-        Derivatives of a function by the entries of the exponential.
+        Derivatives of a function with respect to the entries of the exponential.
 
     Returns
     -------
     ndarray, shape (..., m, m)
-        The skew-symmetric ``G`` with ``sum(G * dA) == sum(W * skew_exp_variation(A, dA))``, of complex matrices the
-        real parts with conjugate ``G`` and ``W``.
+        The skew-symmetric ``G`` with ``sum(G * dA) == sum(W * skew_exp_variation(A, dA))``; for complex matrices the
+        equation holds for the real parts with conjugate ``G`` and ``W``.
 
     Raises
     ------
     InvalidInputError
-        As :func:`skew_exp`; shape.
+        As for :func:`skew_exp`, or mismatched shapes.
     """
 
 def orthogonal_log_variation(Q: ArrayLike, dQ: ArrayLike) -> _Frames:
-    """Derivative of the principal logarithm of a rotation in a direction.
+    """Return the derivative of :func:`orthogonal_log` in a direction.
 
     Parameters
     ----------
     Q : array_like, shape (..., m, m)
-        Rotation or unitary matrix, as for :func:`orthogonal_log`; no angle of a unitary one is pi.
+        Rotation or unitary matrix, as for :func:`orthogonal_log`; a unitary matrix must not have an angle of pi.
     dQ : array_like, shape (..., m, m)
-        Direction, of which the part tangent at Q counts.
+        Direction, of which only the part tangent at ``Q`` is used.
 
     Returns
     -------
     ndarray, shape (..., m, m)
-        The derivative, skew-symmetric.
+        The derivative, skew-symmetric or skew-Hermitian.
 
     Raises
     ------
     InvalidInputError, OutsideDomainError
-        As :func:`orthogonal_log`; shape.
+        As for :func:`orthogonal_log`, or mismatched shapes.
     """
 
 def orthogonal_log_pullback(Q: ArrayLike, W: ArrayLike) -> _Frames:
-    """Gradient of ``sum(W * orthogonal_log(Q))``: the transpose of :func:`orthogonal_log_variation`.
+    """Return the gradient of ``sum(W * orthogonal_log(Q))``: the transpose of :func:`orthogonal_log_variation`.
 
     Parameters
     ----------
     Q : array_like, shape (..., m, m)
-        Rotation or unitary matrix, as for :func:`orthogonal_log`; no angle of a unitary one is pi.
+        Rotation or unitary matrix, as for :func:`orthogonal_log`; a unitary matrix must not have an angle of pi.
     W : array_like, shape (..., m, m)
-        Derivatives of a function by the entries of the logarithm.
+        Derivatives of a function with respect to the entries of the logarithm.
 
     Returns
     -------
     ndarray, shape (..., m, m)
-        The ``G`` tangent at Q with ``sum(G * dQ) == sum(W * orthogonal_log_variation(Q, dQ))`` for ``dQ`` tangent at Q.
+        The ``G`` tangent at ``Q`` with ``sum(G * dQ) == sum(W * orthogonal_log_variation(Q, dQ))`` for ``dQ`` tangent
+        at ``Q``.
 
     Raises
     ------
     InvalidInputError, OutsideDomainError
-        As :func:`orthogonal_log`; shape.
+        As for :func:`orthogonal_log`, or mismatched shapes.
     """
 
 def exp_variation(S: ArrayLike, V: ArrayLike, dS: ArrayLike, dV: ArrayLike) -> _Frames:
-    """Derivative of ``Stiefel.exp`` (canonical metric) at ``S``, ``V``, by changes of both that keep them point and tangent vector.
+    """Return the derivative of ``Stiefel.exp`` (canonical metric) at ``(S, V)``.
 
     Parameters
     ----------
     S, V, dS, dV : array_like, shape (n, k)
-        Real or complex.
+        Point, tangent vector and their variations along a family of points and tangent vectors; real or complex.
 
     Returns
     -------
@@ -344,16 +355,18 @@ def exp_variation(S: ArrayLike, V: ArrayLike, dS: ArrayLike, dV: ArrayLike) -> _
     Raises
     ------
     InvalidInputError
-        Shape, not finite, not orthonormal, not tangent.
+        Wrong shape, non-finite entries, point not orthonormal, vector not tangent.
     """
 
 def exp_pullback(S: ArrayLike, V: ArrayLike, W: ArrayLike) -> tuple[_Frames, _Frames]:
-    """Gradients of ``sum(W * exp(S, V))`` by ``S`` and ``V``: the transpose of :func:`exp_variation`.
+    """Return the gradients of ``sum(W * exp(S, V))`` with respect to ``S`` and ``V``.
+
+    The transpose of :func:`exp_variation`.
 
     Parameters
     ----------
     S, V, W : array_like, shape (n, k)
-        Real or complex; of complex matrices the real part of the product with the conjugate of ``W``.
+        Real or complex; for complex matrices, the gradients of ``Re sum(conj(W) * exp(S, V))``.
 
     Returns
     -------
@@ -362,16 +375,16 @@ def exp_pullback(S: ArrayLike, V: ArrayLike, W: ArrayLike) -> tuple[_Frames, _Fr
     Raises
     ------
     InvalidInputError
-        Shape, not finite, not orthonormal, not tangent.
+        Wrong shape, non-finite entries, point not orthonormal, vector not tangent.
     """
 
 def log_variation(S0: ArrayLike, S1: ArrayLike, dS0: ArrayLike, dS1: ArrayLike) -> _Frames:
-    """Derivative of ``Stiefel.log`` (canonical metric) at ``S0``, ``S1``, by changes of both that keep them points.
+    """Return the derivative of ``Stiefel.log`` (canonical metric) at ``(S0, S1)``.
 
     Parameters
     ----------
     S0, S1, dS0, dS1 : array_like, shape (n, k)
-        Real or complex.
+        Points and their variations along a family of points; real or complex.
 
     Returns
     -------
@@ -380,18 +393,20 @@ def log_variation(S0: ArrayLike, S1: ArrayLike, dS0: ArrayLike, dS1: ArrayLike) 
     Raises
     ------
     InvalidInputError
-        Shape, not finite, not orthonormal.
+        Wrong shape, non-finite entries, points not orthonormal.
     OutsideDomainError, ConvergenceError
-        As :meth:`Stiefel.log`; ends that are conjugate along the geodesic.
+        As for :meth:`Stiefel.log`, or the points are conjugate along the geodesic.
     """
 
 def log_pullback(S0: ArrayLike, S1: ArrayLike, W: ArrayLike) -> tuple[_Frames, _Frames]:
-    """Gradients of ``sum(W * log(S0, S1))`` by ``S0`` and ``S1``: the transpose of :func:`log_variation`.
+    """Return the gradients of ``sum(W * log(S0, S1))`` with respect to ``S0`` and ``S1``.
+
+    The transpose of :func:`log_variation`.
 
     Parameters
     ----------
     S0, S1, W : array_like, shape (n, k)
-        Real or complex; of complex matrices the real part of the product with the conjugate of ``W``.
+        Real or complex; for complex matrices, the gradients of ``Re sum(conj(W) * log(S0, S1))``.
 
     Returns
     -------
@@ -400,9 +415,9 @@ def log_pullback(S0: ArrayLike, S1: ArrayLike, W: ArrayLike) -> tuple[_Frames, _
     Raises
     ------
     InvalidInputError
-        Shape, not finite, not orthonormal.
+        Wrong shape, non-finite entries, points not orthonormal.
     OutsideDomainError, ConvergenceError
-        As :func:`log_variation`.
+        As for :func:`log_variation`.
     """
 
 def _as_numpy(name: str, object: object) -> Any: ...
@@ -412,7 +427,7 @@ def _restored(form: dict[str, Any]) -> Curve: ...
 
 @final
 class SolverReport:
-    """How an iteration ended."""
+    """Outcome of an iterative solver."""
 
     def __new__(
         cls, converged: bool, iterations: int, residual: float, tolerance: float, reason: str
@@ -425,21 +440,23 @@ class SolverReport:
         """Newton steps taken."""
     @property
     def residual(self) -> float:
-        """Euclidean norm of the residual at the returned iterate."""
+        """Euclidean norm of the residual at the final iterate."""
     @property
     def tolerance(self) -> float:
-        """The tolerance that was asked for."""
+        """Requested tolerance."""
     @property
     def reason(self) -> str:
-        """``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"``, ``"not_minimal"`` or
-        ``"work_limit"``.
+        """Reason for stopping.
+
+        One of ``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"``,
+        ``"not_minimal"`` and ``"work_limit"``.
         """
 
 @final
 class LogReport:
-    """How a Riemannian logarithm was found, and what is known of it.
+    """Report on a Riemannian logarithm.
 
-    The fields are numbers for a single pair of points, arrays of the batch's shape for a batch.
+    Fields are numbers for a single pair of points, and arrays of the shape of the batch for a batch.
     """
 
     def __new__(
@@ -452,46 +469,48 @@ class LogReport:
     ) -> LogReport: ...
     @property
     def converged(self) -> bool | NDArray[np.bool_]:
-        """Whether the residual is at the level of round-off. A logarithm that is returned always has converged."""
+        """Whether the residual is at the level of round-off; always True for a logarithm that is returned."""
     @property
     def iterations(self) -> int | NDArray[np.int64]:
-        """Newton steps that led to it: the first attempt from a close start, and those from the start that found it."""
+        """Newton steps of the successful solve, including the first attempt at close points."""
     @property
     def residual(self) -> float | _Array:
-        """``|exp(S0, V) - S1|``, Frobenius norm."""
+        """Frobenius norm ``|exp(S0, V) - S1|``."""
     @property
     def length(self) -> float | _Array:
         """Length of the geodesic in the manifold's metric."""
     @property
     def certainly_shortest(self) -> bool | NDArray[np.bool_]:
-        """Whether the geodesic is certainly the shortest: it is shorter than the known bound of the injectivity radius
-        (canonical ``sqrt(4/5) pi``, Euclidean ``pi``; of the metrics between none is known), or the case is closed (``k =
-        1``, ``k = n``, canonical also ``k = n - 1``). Otherwise it may be or not.
+        """Whether the geodesic is known to be the shortest.
+
+        True if it is shorter than the known bound of the injectivity radius (canonical ``sqrt(4/5) pi``, Euclidean
+        ``pi``; no bound is known for the metrics between), or has a closed form (``k = 1``, ``k = n``, canonical also
+        ``k = n - 1``). If False, the geodesic may still be the shortest.
         """
 
 @final
 class Stiefel:
-    """The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns, real or complex.
+    """Stiefel manifold St(n, k) of n x k matrices with orthonormal columns, real or complex.
 
     Points and tangent vectors are arrays of shape ``(..., n, k)``; leading axes are batches and broadcast.
 
     Parameters
     ----------
     n, k : int
-        ``1 <= k <= n``.
+        Numbers of rows and columns, ``1 <= k <= n``.
     metric : "canonical", "euclidean" or float, default "canonical"
-        A float is the parameter ``alpha > -1`` of the family of Hueper, Markina, Silva Leite (2021), in which
-        ``|V|^2 = |K|^2 + |Omega|^2 / (2 (alpha + 1))`` for ``V = S Omega + K``: canonical 0, Euclidean -1/2.
+        A float is the parameter ``alpha > -1`` of the family of metrics of Hueper, Markina, Silva Leite (2021), in
+        which ``|V|^2 = |K|^2 + |Omega|^2 / (2 (alpha + 1))`` for ``V = S Omega + K``: canonical 0, Euclidean -1/2.
     field : "real" or "complex", default "real"
-        With ``"complex"``, complex frames, ``S^H S = I``: the unitary group for ``k = n``. Arrays of complex numbers are taken and
-        returned; in all formulas the transpose is the conjugate transpose, and inner products are real parts.
+        With ``"complex"``, frames satisfy ``S^H S = I`` (the unitary group for ``k = n``), and methods take and return
+        complex arrays. In all formulas the transpose is the conjugate transpose, and inner products are real parts.
 
     Raises
     ------
     InvalidInputError
-        Unless ``1 <= k <= n`` and the metric is one of these. Methods raise it for arrays of another shape, numbers that are
-        not finite, points that are not orthonormal and vectors that are not tangent, with the measured defect and the
-        member of the batch.
+        ``k`` outside ``1 <= k <= n``, or unknown metric or field. Methods raise it for arrays of a wrong shape,
+        non-finite entries, points that are not orthonormal and vectors that are not tangent; the message states the
+        measured defect and the member of the batch.
 
     Examples
     --------
@@ -511,44 +530,46 @@ class Stiefel:
     def __hash__(self) -> int: ...
     @property
     def n(self) -> int:
-        """Rows of a point."""
+        """Number of rows of a point."""
     @property
     def k(self) -> int:
-        """Columns of a point."""
+        """Number of columns of a point."""
     @property
     def field(self) -> str:
-        """ "real" or "complex": what numbers points consist of."""
+        """Field of the entries: "real" or "complex"."""
     @property
     def alpha(self) -> float:
-        """Parameter of the metric: 0 for the canonical, -1/2 for the Euclidean one."""
+        """Parameter of the metric: 0 for the canonical, -1/2 for the Euclidean metric."""
     @property
     def dim(self) -> int:
-        """Real dimension of the manifold, ``n k - k (k + 1) / 2``; of complex frames ``2 n k - k^2``."""
+        """Real dimension of the manifold: ``n k - k (k + 1) / 2``, for complex frames ``2 n k - k^2``."""
     def check_point(self, S: ArrayLike, atol: float | None = None) -> None:
-        """Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius), by default 1e-9, for arrays in
-        single precision 1e-5.
+        """Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius norm).
+
+        The default of ``atol`` is 1e-9, for arrays in single precision 1e-5.
 
         Raises
         ------
         InvalidInputError
-            With the measured defect.
+            A member is not a point; the message states the measured defect.
         """
     def check_tangent(self, S: ArrayLike, V: ArrayLike, atol: float | None = None) -> None:
-        """Raise unless every member of ``V`` is tangent at ``S``: ``|S^T V + V^T S| / 2 <= atol max(1, |V|)``, by default 1e-9, in
-        single precision 1e-5.
+        """Raise unless every member of ``V`` is tangent at ``S``: ``|S^T V + V^T S| / 2 <= atol max(1, |V|)``.
+
+        The default of ``atol`` is 1e-9, for arrays in single precision 1e-5.
 
         Raises
         ------
         InvalidInputError
-            With the measured defect.
+            A member is not tangent; the message states the measured defect.
         """
     def is_point(self, S: ArrayLike, atol: float | None = None) -> Any:
-        """Whether ``S`` is a point, as :meth:`check_point` measures it; shape (...).
+        """Return whether ``S`` is a point, by the criterion of :meth:`check_point`; shape (...).
 
         Returns
         -------
         bool, or ndarray of bool
-            False for numbers that are not finite.
+            False for entries that are not finite.
 
         Examples
         --------
@@ -558,54 +579,57 @@ class Stiefel:
         (True, False)
         """
     def is_tangent(self, S: ArrayLike, V: ArrayLike, atol: float | None = None) -> Any:
-        """Whether ``V`` is tangent at ``S``, as :meth:`check_tangent` measures it; shape (...).
+        """Return whether ``V`` is tangent at ``S``, by the criterion of :meth:`check_tangent`; shape (...).
 
         Returns
         -------
         bool, or ndarray of bool
-            False for numbers that are not finite, and where ``S`` is no point.
+            False for entries that are not finite, and if ``S`` is not a point.
         """
     def random_point(
         self, rng: np.random.Generator | int | None = None, size: int | tuple[int, ...] | None = None
     ) -> _Frames:
-        """Uniformly distributed points (Haar measure), shape ``size + (n, k)``.
+        """Draw uniformly distributed points (Haar measure), shape ``size + (n, k)``.
 
         Parameters
         ----------
         rng : numpy.random.Generator or seed, optional
-            What `numpy.random.default_rng` takes.
+            Generator, or seed for `numpy.random.default_rng`.
         size : int or tuple of int, optional
-            Leading axes; a single point by default.
+            Leading axes; by default a single point.
         """
     def random_tangent(self, S: ArrayLike, rng: np.random.Generator | int | None = None) -> _Frames:
-        """Normally distributed tangent vectors at ``S``: standard normal matrices, projected. Shape of ``S``.
+        """Draw tangent vectors at ``S``, projections of standard normal matrices; shape of ``S``.
 
         Parameters
         ----------
         S : array_like, shape (..., n, k)
             Points.
         rng : numpy.random.Generator or seed, optional
-            What `numpy.random.default_rng` takes. The vectors are independent of ``S``, also where ``S`` is made with the same
-            seed, or by a generator in the same state.
+            Generator, or seed for `numpy.random.default_rng`. The vectors are independent of ``S`` even if ``S`` was
+            drawn with the same seed, or by a generator in the same state.
         """
     def project(self, Y: ArrayLike) -> _Frames:
-        """Nearest point in the Frobenius norm: the polar factor of ``Y``, shape (..., n, k).
+        """Return the nearest point in the Frobenius norm, the polar factor of ``Y``, shape (..., n, k).
 
         Raises
         ------
         InvalidInputError
-            ``Y`` has no full column rank (with its smallest singular value), or is not finite.
+            ``Y`` does not have full column rank (the message states its smallest singular value), or is not finite.
         """
     def project_tangent(self, S: ArrayLike, Z: ArrayLike) -> _Frames:
-        """Orthogonal projection ``Z - S sym(S^T Z)`` on the tangent space at ``S``, shape (..., n, k)."""
+        """Project ``Z`` orthogonally to the tangent space at ``S``: ``Z - S sym(S^T Z)``, shape (..., n, k)."""
     def inner(self, S: ArrayLike, V: ArrayLike, W: ArrayLike) -> _Array:
-        """Inner product of tangent vectors at ``S`` in the manifold's metric, shape (...); canonical:
-        ``tr V^T (I - S S^T / 2) W``.
+        """Return the inner product of tangent vectors at ``S`` in the manifold's metric, shape (...).
+
+        For the canonical metric, ``tr V^T (I - S S^T / 2) W``.
         """
     def norm(self, S: ArrayLike, V: ArrayLike) -> _Array:
-        """Norm of a tangent vector at ``S`` in the manifold's metric, shape (...)."""
+        """Return the norm of a tangent vector at ``S`` in the manifold's metric, shape (...)."""
     def decompose(self, S: ArrayLike, V: ArrayLike) -> tuple[_Frames, _Frames]:
-        """The paper's pair ``(X, Omega)`` of a tangent vector, ``V = X S + S Omega``.
+        """Return the pair ``(X, Omega)`` that represents a tangent vector, ``V = X S + S Omega``.
+
+        The parametrisation of arXiv 2404.19407.
 
         Returns
         -------
@@ -615,46 +639,49 @@ class Stiefel:
             ``S^T V``, skew-symmetric.
         """
     def compose(self, S: ArrayLike, X: ArrayLike, Omega: ArrayLike) -> _Frames:
-        """The tangent vector ``V = X S + S Omega`` of the paper's pair, shape (..., n, k)."""
+        """Return the tangent vector ``V = X S + S Omega`` of a pair of :meth:`decompose`, shape (..., n, k)."""
     def exp(self, S: ArrayLike, V: ArrayLike) -> _Frames:
-        """The Riemannian exponential of tangent vectors ``V`` at ``S``, shape (..., n, k).
+        """Return the Riemannian exponential of tangent vectors ``V`` at ``S``, shape (..., n, k).
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect), or too long for a number.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect), or
+            a vector so long that the result overflows.
         """
     @overload
     def log(self, S0: ArrayLike, S1: ArrayLike, *, full_output: Literal[False] = False) -> _Frames:
-        """The Riemannian logarithm: tangent vectors at ``S0`` with ``exp(S0, V) = S1``, shape (..., n, k).
+        """Return the Riemannian logarithm: the ``V`` at ``S0`` with ``exp(S0, V) = S1``, shape (..., n, k).
 
         Parameters
         ----------
         S0, S1 : array_like, shape (..., n, k)
             Points.
         full_output : bool, default False
-            Also return a report.
+            If True, also return a report.
 
         Returns
         -------
         V : ndarray, shape (..., n, k)
+            Initial velocities of the geodesics.
         report : LogReport
-            Only with ``full_output``: iterations, residual, length, and whether the geodesic is certainly the shortest.
+            Iterations, residual, length, and whether the geodesic is known to be the shortest; only with
+            ``full_output=True``.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal (with the measured defect).
+            Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
         OutsideDomainError
-            Antipodal points, a relative rotation by pi, different components of O(n); carries ``angle``.
+            Antipodal points, a relative rotation by pi, or different components of O(n); carries ``angle``.
         ConvergenceError
             No geodesic was found, far beyond the injectivity radius; carries ``report``.
 
         Notes
         -----
-        Newton's method on the exponential with the exact inverse derivative; far points by Newton's method for the
-        shortest rotation over the fibre (see Zimmermann, Hueper 2022 for the formulation). Below ``0.89 pi`` the answer
-        is the shortest geodesic (canonical metric).
+        Newton's method on the exponential, with the exact inverse derivative. For distant points, Newton's method for
+        the shortest rotation over the fibre (formulation of Zimmermann, Hueper 2022). Below a distance of ``0.89 pi``
+        the result is the shortest geodesic (canonical metric).
 
         Examples
         --------
@@ -668,35 +695,37 @@ class Stiefel:
         """
     @overload
     def log(self, S0: ArrayLike, S1: ArrayLike, *, full_output: Literal[True]) -> tuple[_Frames, LogReport]:
-        """The Riemannian logarithm: tangent vectors at ``S0`` with ``exp(S0, V) = S1``, shape (..., n, k).
+        """Return the Riemannian logarithm: the ``V`` at ``S0`` with ``exp(S0, V) = S1``, shape (..., n, k).
 
         Parameters
         ----------
         S0, S1 : array_like, shape (..., n, k)
             Points.
         full_output : bool, default False
-            Also return a report.
+            If True, also return a report.
 
         Returns
         -------
         V : ndarray, shape (..., n, k)
+            Initial velocities of the geodesics.
         report : LogReport
-            Only with ``full_output``: iterations, residual, length, and whether the geodesic is certainly the shortest.
+            Iterations, residual, length, and whether the geodesic is known to be the shortest; only with
+            ``full_output=True``.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal (with the measured defect).
+            Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
         OutsideDomainError
-            Antipodal points, a relative rotation by pi, different components of O(n); carries ``angle``.
+            Antipodal points, a relative rotation by pi, or different components of O(n); carries ``angle``.
         ConvergenceError
             No geodesic was found, far beyond the injectivity radius; carries ``report``.
 
         Notes
         -----
-        Newton's method on the exponential with the exact inverse derivative; far points by Newton's method for the
-        shortest rotation over the fibre (see Zimmermann, Hueper 2022 for the formulation). Below ``0.89 pi`` the answer
-        is the shortest geodesic (canonical metric).
+        Newton's method on the exponential, with the exact inverse derivative. For distant points, Newton's method for
+        the shortest rotation over the fibre (formulation of Zimmermann, Hueper 2022). Below a distance of ``0.89 pi``
+        the result is the shortest geodesic (canonical metric).
 
         Examples
         --------
@@ -709,17 +738,17 @@ class Stiefel:
         (True, True)
         """
     def dist(self, S0: ArrayLike, S1: ArrayLike) -> _Array:
-        """The Riemannian distance of points, shape (...): the length of the geodesic of :meth:`log`.
+        """Return the Riemannian distance between points, the length of the geodesic of :meth:`log`, shape (...).
 
         Raises
         ------
         InvalidInputError, OutsideDomainError, ConvergenceError
-            As :meth:`log`.
+            As for :meth:`log`.
         """
     def retract(self, S: ArrayLike, V: ArrayLike, kind: _Retraction = "quasi_geodesic") -> _Frames:
-        """The point that a retraction maps a tangent vector at ``S`` to, shape (..., n, k).
+        """Apply a retraction to tangent vectors at ``S``, shape (..., n, k).
 
-        The order is that of ``|retract(S, t V) - exp(S, t V)| = O(t^p)``, canonical metric / Euclidean metric:
+        The order is the ``p`` in ``|retract(S, t V) - exp(S, t V)| = O(t^p)``, canonical metric / Euclidean metric:
 
         ==================  ===================================================  =======
         kind                formula                                              order
@@ -730,15 +759,15 @@ class Stiefel:
         "cayley"            ``(I - W/2)^-1 (I + W/2) S``, ``W S = V``            3 / 2
         ==================  ===================================================  =======
 
-        On the sphere (k = 1) and on the rotations (k = n) quasi-geodesics are the geodesics, and all others but "qr" on the
-        rotations are of order 3.
+        On the sphere (k = 1) and on the rotations (k = n) quasi-geodesics are geodesics, and the other retractions have
+        order 3, except "qr" on the rotations.
 
         Parameters
         ----------
         S, V : array_like, shape (..., n, k)
             Points and tangent vectors.
         kind : str, default "quasi_geodesic"
-            One of the table.
+            A kind from the table.
 
         Returns
         -------
@@ -747,8 +776,8 @@ class Stiefel:
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect), an unknown kind, or a vector so long
-            that ``S + V`` has lost ``S``.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect), an
+            unknown kind, or a vector so long that ``S`` is lost in the rounding of ``S + V``.
 
         Examples
         --------
@@ -760,11 +789,11 @@ class Stiefel:
         True
         """
     def inverse_retract(self, S0: ArrayLike, S1: ArrayLike, kind: _Retraction = "quasi_geodesic") -> _Frames:
-        """The tangent vector at ``S0`` that a retraction maps to ``S1``, shape (..., n, k).
+        """Return the tangent vector at ``S0`` that a retraction maps to ``S1``, shape (..., n, k).
 
-        With ``M = S0^T S1``, "qr" has an inverse where the leading principal minors of ``M`` are positive, "polar" where its
-        eigenvalues have positive real parts, "cayley" where -1 is none of them; it is unique, and it is checked before it is
-        returned. "quasi_geodesic" has its principal branch at almost all pairs.
+        With ``M = S0^T S1``, "qr" has an inverse if the leading principal minors of ``M`` are positive, "polar" if its
+        eigenvalues have positive real parts, "cayley" if -1 is not an eigenvalue; the inverse is then unique, and is
+        verified before it is returned. "quasi_geodesic" has a principal branch for almost all pairs of points.
 
         Parameters
         ----------
@@ -780,7 +809,8 @@ class Stiefel:
         Raises
         ------
         OutsideDomainError
-            No unique tangent vector leads there, with the measured number; "quasi_geodesic" carries an ``angle``.
+            No unique tangent vector leads to ``S1``; the message states the measured quantity. "quasi_geodesic" carries
+            ``angle``.
 
         Examples
         --------
@@ -793,16 +823,16 @@ class Stiefel:
         True
         """
     def transport(self, S: ArrayLike, V: ArrayLike, W: ArrayLike) -> _Frames:
-        """Parallel transport of ``W`` along the geodesic ``t -> exp(S, t V)`` from ``S`` to ``exp(S, V)``, shape (..., n, k).
+        """Transport ``W`` in parallel along the geodesic ``t -> exp(S, t V)`` to ``exp(S, V)``, shape (..., n, k).
 
-        The Levi-Civita transport of the manifold's metric, whichever that is. It keeps lengths and angles to round-off.
+        The Levi-Civita transport of the manifold's metric. It preserves lengths and angles to round-off.
 
         Parameters
         ----------
         S : array_like, shape (..., n, k)
             Points.
         V, W : array_like, shape (..., n, k)
-            Tangent vectors at ``S``: the initial velocity of the geodesic, and what is transported.
+            Tangent vectors at ``S``: the initial velocity of the geodesic, and the vector to transport.
 
         Returns
         -------
@@ -812,7 +842,8 @@ class Stiefel:
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect), or ``V`` longer than about 1e5.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect), or
+            ``V`` longer than about 1e5.
 
         References
         ----------
@@ -827,7 +858,7 @@ class Stiefel:
         True
         """
     def curvature(self, S: ArrayLike, U: ArrayLike, V: ArrayLike, W: ArrayLike) -> _Frames:
-        """The curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``S``, shape (..., n, k).
+        """Evaluate the curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``S``, shape (..., n, k).
 
         With this sign ``R(U, V) W = <V, W> U - <U, W> V`` on the unit sphere.
 
@@ -845,7 +876,8 @@ class Stiefel:
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect), or a result too large for a number.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect), or
+            a result that overflows.
 
         Examples
         --------
@@ -856,16 +888,16 @@ class Stiefel:
         array([0., 2., 0.])
         """
     def sectional_curvature(self, S: ArrayLike, U: ArrayLike, V: ArrayLike) -> _Array:
-        """The sectional curvature of the planes of ``U`` and ``V`` at ``S``, shape (...).
+        """Return the sectional curvature of the planes spanned by ``U`` and ``V`` at ``S``, shape (...).
 
-        1 on the sphere (k = 1), between 0 and 5/4 for the canonical metric of real frames.
+        It is 1 on the sphere (k = 1), and between 0 and 5/4 for the canonical metric of real frames.
 
         Parameters
         ----------
         S : array_like, shape (..., n, k)
             Points.
         U, V : array_like, shape (..., n, k)
-            Tangent vectors at ``S``, not parallel.
+            Tangent vectors at ``S``, linearly independent.
 
         Returns
         -------
@@ -874,8 +906,8 @@ class Stiefel:
         Raises
         ------
         InvalidInputError
-            ``U`` and ``V`` are linearly dependent (with the area that unit vectors along them span); shape, not finite, not
-            orthonormal, not tangent.
+            ``U`` and ``V`` are linearly dependent (the message states the area that their unit vectors span); wrong
+            shape, non-finite entries, points not orthonormal, vectors not tangent.
 
         Examples
         --------
@@ -886,18 +918,19 @@ class Stiefel:
         1.0
         """
     def euclidean_to_riemannian_gradient(self, S: ArrayLike, G: ArrayLike) -> _Frames:
-        """The Riemannian gradient of a function with the Euclidean gradient ``G`` at ``S``, shape (..., n, k).
+        """Return the Riemannian gradient of a function with the Euclidean gradient ``G`` at ``S``, shape (..., n, k).
 
-        It is the tangent vector with ``inner(S, gradient, V) = sum(G * V)`` for every tangent ``V``: ``G - S G^T S`` for the
-        canonical metric, ``project_tangent(S, G)`` for the Euclidean one. For complex frames ``G`` is the matrix with
-        ``df = Re sum(conj(G) * V)``: derivatives by the real parts, plus i times those by the imaginary parts.
+        It is the tangent vector with ``inner(S, gradient, V) = sum(G * V)`` for every tangent ``V``: ``G - S G^T S``
+        for the canonical metric, ``project_tangent(S, G)`` for the Euclidean one. For complex frames ``G`` is the
+        matrix with ``df = Re sum(conj(G) * V)``: the derivatives by the real parts plus i times the derivatives by the
+        imaginary parts.
 
         Parameters
         ----------
         S : array_like, shape (..., n, k)
             Points.
         G : array_like, shape (..., n, k)
-            Partial derivatives with respect to the entries; any matrix.
+            Partial derivatives with respect to the entries; need not be tangent.
 
         Returns
         -------
@@ -906,7 +939,7 @@ class Stiefel:
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal (with the measured defect).
+            Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
 
         Examples
         --------
@@ -918,30 +951,30 @@ class Stiefel:
         True
         """
     def euclidean_to_riemannian_hessian(self, S: ArrayLike, G: ArrayLike, H: ArrayLike, V: ArrayLike) -> _Frames:
-        """The Riemannian Hessian applied to the tangent vector ``V`` at ``S``, shape (..., n, k).
+        """Apply the Riemannian Hessian to the tangent vector ``V`` at ``S``, shape (..., n, k).
 
         Parameters
         ----------
         S : array_like, shape (..., n, k)
             Points.
         G, H : array_like, shape (..., n, k)
-            The Euclidean gradient, and the Euclidean Hessian applied to ``V``; any matrices.
+            Euclidean gradient, and Euclidean Hessian applied to ``V``; need not be tangent.
         V : array_like, shape (..., n, k)
             Tangent vectors at ``S``.
 
         Returns
         -------
         ndarray, shape (..., n, k)
-            The covariant derivative of the gradient along ``V``.
+            Covariant derivative of the gradient along ``V``.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect).
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect).
 
         Examples
         --------
-        The Hessian of ``sum(A * S)``, linear in ``S``, comes from the curvature of the embedding alone:
+        The function ``sum(A * S)`` is linear in ``S``, so its Hessian comes from the curvature of the embedding alone:
 
         >>> from stiefel_rs import Stiefel
         >>> M = Stiefel(3, 1)
@@ -952,26 +985,28 @@ class Stiefel:
 
 @final
 class Grassmann:
-    """The Grassmann manifold Gr(n, k) of k-dimensional subspaces of R^n, or of C^n.
+    """Grassmann manifold Gr(n, k) of k-dimensional subspaces of R^n or C^n.
 
-    A point is an orthonormal basis ``Y`` of a subspace, an array of shape ``(..., n, k)``; all bases of a subspace are the same
-    point. Tangent vectors at ``Y`` are matrices ``V`` of that shape with ``Y^T V = 0``; their length is ``|V|`` (Frobenius). Results
-    belong to the given basis: a tangent vector ``V`` at ``Y`` is ``V Q`` at ``Y Q``. Leading axes are batches and broadcast.
+    A point is represented by an orthonormal basis ``Y``, an array of shape ``(..., n, k)``; all bases of a subspace
+    represent the same point. Tangent vectors at ``Y`` are horizontal: matrices ``V`` of the same shape with
+    ``Y^T V = 0``, of length ``|V|`` (Frobenius norm). A tangent vector depends on the basis: ``V`` at ``Y`` is ``V Q``
+    at ``Y Q``. Leading axes are batches and broadcast.
 
     Parameters
     ----------
     n, k : int
-        ``1 <= k <= n``.
+        Dimensions of the space and of the subspaces, ``1 <= k <= n``.
     field : "real" or "complex", default "real"
-        With ``"complex"``, subspaces of C^n. Arrays of complex numbers are taken and returned; in all formulas the transpose is
-        the conjugate transpose, and inner products are real parts. Lines, ``k = 1``, are the states of quantum mechanics:
-        ``Grassmann(2, 1, field="complex")`` is the sphere of radius 1/2.
+        With ``"complex"``, subspaces of C^n; methods take and return complex arrays. In all formulas the transpose is
+        the conjugate transpose, and inner products are real parts. For ``k = 1`` the points are the states of quantum
+        mechanics: ``Grassmann(2, 1, field="complex")`` is the sphere of radius 1/2.
 
     Raises
     ------
     InvalidInputError
-        Unless ``1 <= k <= n``. Methods raise it for arrays of another shape, numbers that are not finite, points that are not
-        orthonormal and vectors that are not horizontal, with the measured defect and the member of the batch.
+        ``k`` outside ``1 <= k <= n``, or unknown field. Methods raise it for arrays of a wrong shape, non-finite
+        entries, bases that are not orthonormal and vectors that are not horizontal; the message states the measured
+        defect and the member of the batch.
 
     References
     ----------
@@ -995,97 +1030,100 @@ class Grassmann:
     def __hash__(self) -> int: ...
     @property
     def n(self) -> int:
-        """Rows of a basis."""
+        """Dimension of the ambient space: number of rows of a basis."""
     @property
     def k(self) -> int:
-        """Dimension of the subspaces, columns of a basis."""
+        """Dimension of the subspaces: number of columns of a basis."""
     @property
     def dim(self) -> int:
-        """Dimension of the manifold, ``k (n - k)``, twice that for a complex one."""
+        """Real dimension of the manifold: ``k (n - k)``, for complex subspaces ``2 k (n - k)``."""
     @property
     def field(self) -> str:
-        """ "real" or "complex"."""
+        """Field of the entries: "real" or "complex"."""
     def check_point(self, Y: ArrayLike, atol: float | None = None) -> None:
-        """Raise unless every member of ``Y`` is a point: ``|Y^T Y - I| <= atol`` (Frobenius), by default 1e-9, for arrays in
-        single precision 1e-5.
+        """Raise unless every member of ``Y`` is an orthonormal basis: ``|Y^T Y - I| <= atol`` (Frobenius norm).
+
+        The default of ``atol`` is 1e-9, for arrays in single precision 1e-5.
 
         Raises
         ------
         InvalidInputError
-            With the measured defect.
+            A member is not orthonormal; the message states the measured defect.
         """
     def check_tangent(self, Y: ArrayLike, V: ArrayLike, atol: float | None = None) -> None:
-        """Raise unless every member of ``V`` is horizontal at ``Y``: ``|Y^T V| <= atol max(1, |V|)``, by default 1e-9, in
-        single precision 1e-5.
+        """Raise unless every member of ``V`` is horizontal at ``Y``: ``|Y^T V| <= atol max(1, |V|)``.
+
+        The default of ``atol`` is 1e-9, for arrays in single precision 1e-5.
 
         Raises
         ------
         InvalidInputError
-            With the measured defect.
+            A member is not horizontal; the message states the measured defect.
         """
     def is_point(self, Y: ArrayLike, atol: float | None = None) -> Any:
-        """Whether ``Y`` is an orthonormal basis, as :meth:`check_point` measures it; shape (...).
+        """Return whether ``Y`` is an orthonormal basis, by the criterion of :meth:`check_point`; shape (...).
 
         Returns
         -------
         bool, or ndarray of bool
-            False for numbers that are not finite.
+            False for entries that are not finite.
         """
     def is_tangent(self, Y: ArrayLike, V: ArrayLike, atol: float | None = None) -> Any:
-        """Whether ``V`` is horizontal at ``Y``, as :meth:`check_tangent` measures it; shape (...).
+        """Return whether ``V`` is horizontal at ``Y``, by the criterion of :meth:`check_tangent`; shape (...).
 
         Returns
         -------
         bool, or ndarray of bool
-            False for numbers that are not finite, and where ``Y`` is no orthonormal basis.
+            False for entries that are not finite, and if ``Y`` is not an orthonormal basis.
         """
     def random_point(
         self, rng: np.random.Generator | int | None = None, size: int | tuple[int, ...] | None = None
     ) -> _Frames:
-        """Bases of uniformly distributed subspaces (Haar measure), shape ``size + (n, k)``.
+        """Draw bases of uniformly distributed subspaces (Haar measure), shape ``size + (n, k)``.
 
         Parameters
         ----------
         rng : numpy.random.Generator or seed, optional
-            What `numpy.random.default_rng` takes.
+            Generator, or seed for `numpy.random.default_rng`.
         size : int or tuple of int, optional
-            Leading axes; a single point by default.
+            Leading axes; by default a single point.
         """
     def random_tangent(self, Y: ArrayLike, rng: np.random.Generator | int | None = None) -> _Frames:
-        """Normally distributed tangent vectors at ``Y``: standard normal matrices, projected. Shape of ``Y``.
+        """Draw tangent vectors at ``Y``, projections of standard normal matrices; shape of ``Y``.
 
         Parameters
         ----------
         Y : array_like, shape (..., n, k)
             Points.
         rng : numpy.random.Generator or seed, optional
-            What `numpy.random.default_rng` takes. The vectors are independent of ``Y``, also where ``Y`` is made with the same
-            seed, or by a generator in the same state.
+            Generator, or seed for `numpy.random.default_rng`. The vectors are independent of ``Y`` even if ``Y`` was
+            drawn with the same seed, or by a generator in the same state.
         """
     def project(self, Y: ArrayLike) -> _Frames:
-        """Orthonormal basis of the column space of ``Y`` nearest to ``Y``: its polar factor, shape (..., n, k).
+        """Return the orthonormal basis of the column space of ``Y`` nearest to ``Y``, shape (..., n, k).
+
+        This is the polar factor of ``Y``.
 
         Raises
         ------
         InvalidInputError
-            ``Y`` has no full column rank (with its smallest singular value), or is not finite.
+            ``Y`` does not have full column rank (the message states its smallest singular value), or is not finite.
         """
     def project_tangent(self, Y: ArrayLike, Z: ArrayLike) -> _Frames:
-        """Orthogonal projection ``Z - Y Y^T Z`` on the tangent space at ``Y``, shape (..., n, k)."""
+        """Project ``Z`` orthogonally to the tangent space at ``Y``: ``Z - Y Y^T Z``, shape (..., n, k)."""
     def inner(self, Y: ArrayLike, V: ArrayLike, W: ArrayLike) -> _Array:
-        """Inner product of tangent vectors at ``Y``, ``tr V^T W``, of complex ones its real part, shape (...)."""
+        """Return the inner product ``Re tr V^H W`` of tangent vectors at ``Y``, shape (...)."""
     def norm(self, Y: ArrayLike, V: ArrayLike) -> _Array:
-        """Norm of a tangent vector at ``Y``, ``|V|`` (Frobenius), shape (...)."""
+        """Return the norm of a tangent vector at ``Y``: ``|V|`` (Frobenius norm), shape (...)."""
     def principal_angles(self, Y0: ArrayLike, Y1: ArrayLike) -> _Array:
-        """Principal angles between subspaces, shape (..., k), in ``[0, pi / 2]``, decreasing as those of
-        `scipy.linalg.subspace_angles`.
+        """Return the principal angles between subspaces, shape (..., k), in ``[0, pi / 2]``, in decreasing order.
 
-        Small angles are as accurate as large ones: from sines and cosines (Knyazev, Argentati 2002). At least ``2 k - n`` of them
-        are exactly zero.
+        The order is the same as in `scipy.linalg.subspace_angles`. Small angles are as accurate as large ones, because
+        sines and cosines are used (Knyazev, Argentati 2002). At least ``2 k - n`` angles are exactly zero.
 
         Examples
         --------
-        Two planes of R^3 that meet in the first axis:
+        Two planes of R^3 that share the first axis:
 
         >>> from stiefel_rs import Grassmann
         >>> Y1 = [[1.0, 0.0], [0.0, np.cos(1e-20)], [0.0, np.sin(1e-20)]]
@@ -1093,14 +1131,15 @@ class Grassmann:
         [1e-20, 0.0]
         """
     def align(self, Y0: ArrayLike, Y1: ArrayLike) -> _Frames:
-        """The basis of the subspace of ``Y1`` that is nearest to ``Y0`` (Frobenius), shape (..., n, k).
+        """Return the basis of the subspace of ``Y1`` nearest to ``Y0`` in the Frobenius norm, shape (..., n, k).
 
-        ``Y1 Q`` with the orthogonal polar factor ``Q`` of ``Y1^T Y0``; also ``exp(Y0, log(Y0, Y1))``.
+        This is ``Y1 Q`` with the orthogonal polar factor ``Q`` of ``Y1^T Y0``, which equals ``exp(Y0, log(Y0, Y1))``.
 
         Raises
         ------
         OutsideDomainError
-            A principal angle is ``pi / 2`` to working precision, and the nearest basis is not unique; carries ``angle``.
+            A principal angle is ``pi / 2`` to working precision, so that the nearest basis is not unique; carries
+            ``angle``.
 
         Examples
         --------
@@ -1111,20 +1150,21 @@ class Grassmann:
         True
         """
     def projector(self, Y: ArrayLike) -> _Frames:
-        """Orthogonal projectors ``Y Y^T`` on the subspaces, shape (..., n, n): the same for all bases of a subspace."""
+        """Return the orthogonal projectors ``Y Y^T`` to the subspaces, shape (..., n, n); independent of the bases."""
     def exp(self, Y: ArrayLike, V: ArrayLike) -> _Frames:
-        """The Riemannian exponential of tangent vectors ``V`` at ``Y``, shape (..., n, k).
+        """Return the Riemannian exponential of tangent vectors ``V`` at ``Y``, shape (..., n, k).
 
         Returns
         -------
         ndarray, shape (..., n, k)
-            ``(Y W cos(S) + Q sin(S)) W^T`` for ``V = Q S W^T``: of all bases of the subspace the one that is reached without turning
-            within it.
+            ``(Y W cos(S) + Q sin(S)) W^T`` for ``V = Q S W^T``: the basis of the end point reached by the horizontal
+            lift of the geodesic.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not horizontal (with the measured defect), or too long for a number.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not horizontal (with the measured defect),
+            or a vector so long that the result overflows.
 
         Examples
         --------
@@ -1134,18 +1174,18 @@ class Grassmann:
         [0.5, 0.866025, 0.0]
         """
     def log(self, Y0: ArrayLike, Y1: ArrayLike) -> _Frames:
-        """The Riemannian logarithm: tangent vectors ``V`` at ``Y0`` for which ``exp(Y0, V)`` spans the subspace of ``Y1``,
-        shape (..., n, k).
+        """Return the Riemannian logarithm, the ``V`` at ``Y0`` such that ``exp(Y0, V)`` spans the subspace of ``Y1``.
 
-        In closed form. Independent of the basis ``Y1``. ``exp(Y0, log(Y0, Y1))`` is ``align(Y0, Y1)``.
+        The result has shape (..., n, k) and a closed form, and does not depend on the choice of the basis ``Y1``.
+        ``exp(Y0, log(Y0, Y1))`` is ``align(Y0, Y1)``.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal (with the measured defect).
+            Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
         OutsideDomainError
-            The largest principal angle is ``pi / 2`` to working precision, and several shortest geodesics lead there; carries
-            ``angle``.
+            The largest principal angle is ``pi / 2`` to working precision, so that several shortest geodesics join the
+            subspaces; carries ``angle``.
 
         Examples
         --------
@@ -1155,26 +1195,27 @@ class Grassmann:
         [0.0, -0.927295, 0.0]
         """
     def dist(self, Y0: ArrayLike, Y1: ArrayLike) -> _Array:
-        """The Riemannian distance of subspaces, ``sqrt(sum(principal_angles ** 2))``, shape (...).
+        """Return the Riemannian distance of subspaces, ``sqrt(sum(principal_angles ** 2))``, shape (...).
 
-        Defined also where an angle is ``pi / 2`` and :meth:`log` is not. For different bases of one subspace it is round-off, not 0.
+        It is also defined if an angle is ``pi / 2``, where :meth:`log` raises. For different bases of the same subspace
+        the result is round-off, not exactly 0.
         """
     def transport(self, Y: ArrayLike, V: ArrayLike, W: ArrayLike) -> _Frames:
-        """Parallel transport of ``W`` along the geodesic ``t -> exp(Y, t V)`` to the basis ``exp(Y, V)``, shape (..., n, k).
+        """Transport ``W`` in parallel along the geodesic ``t -> exp(Y, t V)`` to ``exp(Y, V)``, shape (..., n, k).
 
-        It keeps lengths and angles to round-off.
+        The transport preserves lengths and angles to round-off.
 
         Parameters
         ----------
         Y : array_like, shape (..., n, k)
             Points.
         V, W : array_like, shape (..., n, k)
-            Tangent vectors at ``Y``: the initial velocity of the geodesic, and what is transported.
+            Tangent vectors at ``Y``: the initial velocity of the geodesic, and the vector to transport.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not horizontal (with the measured defect).
+            Wrong shape, non-finite entries, points not orthonormal, vectors not horizontal (with the measured defect).
 
         References
         ----------
@@ -1189,15 +1230,16 @@ class Grassmann:
         True
         """
     def curvature(self, Y: ArrayLike, U: ArrayLike, V: ArrayLike, W: ArrayLike) -> _Frames:
-        """The curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``Y``, shape (..., n, k).
+        """Evaluate the curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``Y``, shape (..., n, k).
 
-        ``U V^T W - V U^T W + W (V^T U - U^T V)``; for lines (k = 1) that is ``<V, W> U - <U, W> V``, with the sign of
-        :meth:`Stiefel.curvature`.
+        It is ``U V^T W - V U^T W + W (V^T U - U^T V)``; for lines (k = 1), ``<V, W> U - <U, W> V``. The sign agrees
+        with :meth:`Stiefel.curvature`.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not horizontal (with the measured defect), or a result too large for a number.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not horizontal (with the measured defect),
+            or a result that overflows.
 
         Examples
         --------
@@ -1208,14 +1250,15 @@ class Grassmann:
         array([0., 2., 0.])
         """
     def sectional_curvature(self, Y: ArrayLike, U: ArrayLike, V: ArrayLike) -> _Array:
-        """The sectional curvature of the planes of ``U`` and ``V`` at ``Y``, shape (...): between 0 and 2, and 1 where ``k`` or
-        ``n - k`` is 1.
+        """Return the sectional curvature of the planes spanned by ``U`` and ``V`` at ``Y``, shape (...).
+
+        It is between 0 and 2, and 1 if ``k`` or ``n - k`` is 1.
 
         Raises
         ------
         InvalidInputError
-            ``U`` and ``V`` are linearly dependent (with the area that unit vectors along them span); shape, not finite, not
-            orthonormal, not horizontal.
+            ``U`` and ``V`` are linearly dependent (the message states the area that their unit vectors span); wrong
+            shape, non-finite entries, points not orthonormal, vectors not horizontal.
 
         Examples
         --------
@@ -1226,14 +1269,14 @@ class Grassmann:
         2.0
         """
     def euclidean_to_riemannian_gradient(self, Y: ArrayLike, G: ArrayLike) -> _Frames:
-        """The Riemannian gradient ``G - Y Y^T G`` of a function with the Euclidean gradient ``G`` at ``Y``, shape (..., n, k).
+        """Return the Riemannian gradient ``G - Y Y^T G`` for the Euclidean gradient ``G``, shape (..., n, k).
 
-        The function has to depend on the subspace alone, ``f(Y Q) = f(Y)`` for orthogonal ``Q``.
+        The function must depend on the subspace alone, ``f(Y Q) = f(Y)`` for orthogonal ``Q``.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal (with the measured defect).
+            Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
 
         Examples
         --------
@@ -1244,26 +1287,29 @@ class Grassmann:
         True
         """
     def euclidean_to_riemannian_hessian(self, Y: ArrayLike, G: ArrayLike, H: ArrayLike, V: ArrayLike) -> _Frames:
-        """The Riemannian Hessian applied to the tangent vector ``V`` at ``Y``, ``(I - Y Y^T) H - V Y^T G``, shape (..., n, k).
+        """Apply the Riemannian Hessian to the tangent vector ``V`` at ``Y``, shape (..., n, k).
+
+        The result is ``(I - Y Y^T) H - V Y^T G``.
 
         Parameters
         ----------
         Y : array_like, shape (..., n, k)
             Points.
         G, H : array_like, shape (..., n, k)
-            The Euclidean gradient, and the Euclidean Hessian applied to ``V``, of a function that depends on the subspace alone.
+            Euclidean gradient, and Euclidean Hessian applied to ``V``, of a function that depends on the subspace
+            alone.
         V : array_like, shape (..., n, k)
             Tangent vectors at ``Y``.
 
         Returns
         -------
         ndarray, shape (..., n, k)
-            The covariant derivative of the gradient along ``V``.
+            Covariant derivative of the gradient along ``V``.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not horizontal (with the measured defect).
+            Wrong shape, non-finite entries, points not orthonormal, vectors not horizontal (with the measured defect).
 
         Examples
         --------
@@ -1276,48 +1322,48 @@ class Grassmann:
 
 @disjoint_base
 class Curve:
-    """A smooth curve on St(n, k).
+    """Smooth curve on a Stiefel or Grassmann manifold: the base class of all curves.
 
-    Of complex frames where one of the arrays that it is made of is complex: points and vectors are complex then, and inner
-    products of vectors in costs and lengths real parts of Hermitian ones.
+    If one of the arrays that define the curve is complex, the frames are complex, points and vectors are complex, and
+    inner products in costs and lengths are the real parts of Hermitian products.
 
-    All curves share this protocol. Calls with a scalar ``t`` return shape ``(n, k)``, with an array of shape ``T``
-    return ``T + (n, k)``. Many parameters are evaluated in parallel without the interpreter lock; results are
+    All curves share this protocol. Calls with a scalar ``t`` return shape ``(n, k)``, calls with an array of shape
+    ``T`` return ``T + (n, k)``. Many parameters are evaluated in parallel and without the GIL; results are
     bit-identical for any number of threads.
     """
 
     @property
     def n(self) -> int:
-        """Rows of a point."""
+        """Number of rows of a point."""
     @property
     def k(self) -> int:
-        """Columns of a point."""
+        """Number of columns of a point."""
     @property
     def field(self) -> str:
-        """ "real" or "complex": what numbers points consist of."""
+        """Field of the entries: "real" or "complex"."""
     @property
     def manifold(self) -> Stiefel | Grassmann:
-        """The manifold of the points: a :class:`Stiefel`, or a :class:`Grassmann` for a curve of subspaces."""
+        """Manifold of the points: a :class:`Stiefel`, or a :class:`Grassmann` for a curve of subspaces."""
     @property
     def t_span(self) -> tuple[float, float]:
-        """The interval that the curve is made for."""
+        """Interval ``(start, end)`` on which the curve is defined."""
     def __call__(
         self, t: ArrayLike, nu: int = 0, *, extrapolate: bool | None = None, num_threads: int | None = None
     ) -> _Frames:
-        """Position, or the ambient derivative of order ``nu``, at ``t``: what ``curve(t)`` returns.
+        """Position, or ambient derivative of order ``nu``, at ``t``; ``curve(t)`` calls this.
 
         Parameters
         ----------
         t : array_like, shape T
-            Parameters, any finite numbers; the curve is made for ``t_span``.
+            Parameters, any finite numbers; the curve is defined on ``t_span`` and may extend beyond it.
         nu : int, default 0
             Order of the derivative, 0 to 3; exact, by differentiating the algorithm.
         extrapolate : bool, optional
-            Whether the curve goes on outside of ``t_span``, or parameters there raise, but for those that miss an end by 4 units in
-            the last place of the larger one, which count as that end. By default as the spline was made, ``extrapolate``; all other
-            curves go on.
+            If True, evaluate the curve outside ``t_span`` too; if False, parameters outside raise. Parameters within 4
+            ulp of an end (of the larger end in absolute value) count as that end. By default splines use their own
+            ``extrapolate``, and all other curves are evaluated everywhere.
         num_threads : int, optional
-            Threads; by default those of the global pool.
+            Number of threads; by default the size of the global pool.
 
         Returns
         -------
@@ -1326,18 +1372,27 @@ class Curve:
         Raises
         ------
         InvalidInputError
-            ``t`` not finite or outside, ``nu`` out of range.
+            ``t`` not finite or outside ``t_span``, ``nu`` out of range.
         OutsideDomainError
-            Intermediate points that no unique quasi-geodesic joins: outside of ``t_span``, or for far or fast data.
+            No unique quasi-geodesic joins two intermediate points: outside ``t_span``, or for distant or fast data.
         """
     def velocity(self, t: ArrayLike, *, extrapolate: bool | None = None, num_threads: int | None = None) -> _Frames:
-        """Velocity ``S'`` at ``t``, shape ``T + (n, k)``; arguments as of ``curve(t)``."""
+        """Return the velocity ``S'`` at ``t``, shape ``T + (n, k)``.
+
+        The arguments are the same as for ``curve(t)``.
+        """
     def acceleration(self, t: ArrayLike, *, extrapolate: bool | None = None, num_threads: int | None = None) -> _Frames:
-        """Covariant acceleration ``D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``; arguments as of ``curve(t)``."""
+        """Return the covariant acceleration ``D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``.
+
+        The arguments are the same as for ``curve(t)``.
+        """
     def jerk(self, t: ArrayLike, *, extrapolate: bool | None = None, num_threads: int | None = None) -> _Frames:
-        """Covariant jerk ``D_t D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``; arguments as of ``curve(t)``."""
+        """Return the covariant jerk ``D_t D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``.
+
+        The arguments are the same as for ``curve(t)``.
+        """
     def derivative(self, nu: int = 1) -> CurveDerivative:
-        """The ambient derivative of order ``nu`` as a function of ``t``.
+        """Return the ambient derivative of order ``nu`` as a function of ``t``.
 
         Parameters
         ----------
@@ -1347,7 +1402,7 @@ class Curve:
         Returns
         -------
         CurveDerivative
-            Called as the curve is; it has a ``derivative`` too.
+            Callable like the curve; has a method ``derivative`` too.
 
         Examples
         --------
@@ -1357,31 +1412,33 @@ class Curve:
         [0.0, 1.570796]
         """
     def cost(self) -> float:
-        """The cost: integral of ``|D_t S'|^2`` over ``t_span``, canonical metric; in tension of ``|D_t S'|^2 + tension |S'|^2``.
+        """Return the cost: the integral of ``|D_t S'|^2`` over ``t_span``, canonical metric.
 
-        Relative error 1e-12, or round-off of the acceleration where that is more.
+        With tension, the integral of ``|D_t S'|^2 + tension |S'|^2``.
+
+        The relative error is 1e-12, or the round-off of the acceleration if that is larger.
 
         Raises
         ------
         ConvergenceError
-            The quadrature does not settle.
+            The quadrature did not converge.
         """
     def arc_length(self, t0: float | None = None, t1: float | None = None) -> float:
-        """Length of the curve between two parameters, canonical metric.
+        """Return the length of the curve between two parameters, canonical metric.
 
-        Relative error 1e-12, or round-off of the velocity where that is more.
+        The relative error is 1e-12, or the round-off of the velocity if that is larger.
 
         Parameters
         ----------
         t0, t1 : float, optional
-            The ends, ``t0 <= t1``; by default those of ``t_span``.
+            The ends, ``t0 <= t1``; by default the ends of ``t_span``.
 
         Raises
         ------
         InvalidInputError
-            Not finite, ``t1`` before ``t0``.
+            ``t0`` or ``t1`` not finite, ``t1 < t0``.
         ConvergenceError
-            The quadrature does not settle.
+            The quadrature did not converge.
 
         Examples
         --------
@@ -1390,21 +1447,22 @@ class Curve:
         0.78539816339...
         """
     def resample(self, count: int, *, num_threads: int | None = None) -> _Array:
-        """Parameters at which the curve is to be evaluated for points at equal distances along it.
+        """Return parameters at which points of the curve are equally spaced in arc length.
 
-        ``curve(curve.resample(count))`` is the curve at constant speed.
+        ``curve(curve.resample(count))`` samples the curve at constant speed.
 
         Parameters
         ----------
         count : int
-            Number of points, two or more; the first and the last one are the ends of ``t_span``.
+            Number of parameters, at least two; the first and the last are the ends of ``t_span``.
         num_threads : int, optional
-            Threads; by default those of the global pool.
+            Number of threads; by default the size of the global pool.
 
         Returns
         -------
         ndarray, shape (count,)
-            Increasing; lengths between neighbours agree to 1e-12 of the whole. Equal steps for a curve that rests.
+            Increasing; the lengths between neighbours agree to 1e-12 of the total length. Equally spaced for a constant
+            curve.
 
         Examples
         --------
@@ -1413,16 +1471,17 @@ class Curve:
         [0.0, 0.5, 1.0]
         """
     def derivative_bounds(self) -> DerivativeBounds:
-        """The largest norms of velocity, covariant acceleration and covariant jerk over ``t_span``, canonical metric.
+        """Bound the norms of velocity, covariant acceleration and covariant jerk over ``t_span``, canonical metric.
 
-        True bounds for Riemannian cubics and their splines, at most 1e-3 above the largest norms, or 1e-4 of those of lower
-        order where these are more than ten times as large in the length of a piece as unit of time; the largest norms of
-        a dense and refined sample for other curves. See :class:`DerivativeBounds`.
+        For Riemannian cubics and their splines these are upper bounds, at most 1e-3 relative above the largest norms,
+        or 1e-4 of a derivative of lower order if that is more than ten times as large, with the duration of a piece as
+        the unit of time. For other curves they are the largest norms of a dense, refined sample. See
+        :class:`DerivativeBounds`.
 
         Raises
         ------
         ConvergenceError
-            A cubic so long and fast that bounds would need too many samples.
+            The cubic is so long and fast that bounds would need too many samples.
 
         Examples
         --------
@@ -1432,47 +1491,48 @@ class Curve:
         1.570796
         """
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the curve to a file, all its numbers, so that :func:`load` gives back the same curve to the last bit.
+        """Save all numbers of the curve to a file, from which :func:`load` restores the curve to the last bit.
 
         Parameters
         ----------
         path : str or os.PathLike
-            Name of the file, usually one that ends in ``.npz``. A file that is there is replaced, once the new one is written.
+            Name of the file, usually ending in ``.npz``. An existing file is replaced once the new one is complete.
 
         Notes
         -----
-        An archive of plain arrays (``numpy.load`` reads it, with no pickle inside), with the version of its form.
+        The file is an archive of plain arrays without pickles, which ``numpy.load`` reads too, and states the version
+        of its format.
         """
     def plot(self, *, ax: Any = None, num: int = 200, **style: Any) -> Any:
-        """Draw the curve, as ``stiefel_rs.plotting.plot`` does; needs matplotlib (extra ``plot``).
+        """Draw the curve with ``stiefel_rs.plotting.plot``; needs matplotlib (extra ``plot``).
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Where to draw; a figure of its own if not given.
+            Axes to draw into; by default those of a new figure.
         num : int, optional
             Number of points.
         **style
-            Passed on to the lines.
+            Keyword arguments for the lines.
 
         Returns
         -------
         matplotlib.axes.Axes
-            Where it was drawn.
+            The axes with the curve.
 
         Raises
         ------
         ImportError
-            There is no matplotlib.
+            matplotlib is not installed.
         """
     def __copy__(self) -> Self: ...
     def __deepcopy__(self, _memo: object) -> Self: ...
 
 @final
 class DerivativeBounds:
-    """The largest norms of the derivatives of a curve, canonical metric.
+    """Largest norms of the derivatives of a curve, canonical metric.
 
-    Made by :meth:`Curve.derivative_bounds`.
+    Returned by :meth:`Curve.derivative_bounds`.
     """
 
     def __new__(
@@ -1480,18 +1540,20 @@ class DerivativeBounds:
     ) -> DerivativeBounds: ...
     @property
     def velocity(self) -> float:
-        """The largest norm of the velocity."""
+        """Largest norm of the velocity."""
     @property
     def acceleration(self) -> float:
-        """The largest norm of the covariant acceleration."""
+        """Largest norm of the covariant acceleration."""
     @property
     def jerk(self) -> float:
-        """The largest norm of the covariant jerk."""
+        """Largest norm of the covariant jerk."""
     @property
     def guarantee(self) -> str:
-        """``"enclosure"``: the norms are nowhere larger (but for round-off), and the numbers at most 1e-3 of themselves above
-        the largest norms (1e-4 of a derivative of lower order where that is more than ten times as large, in the length of a
-        piece as unit of time). ``"sampling"``: the largest norms of a dense sample, refined around the largest.
+        """How the numbers were found: ``"enclosure"`` or ``"sampling"``.
+
+        ``"enclosure"``: upper bounds (up to round-off) that exceed the largest norms by at most 1e-3 relative, or by at
+        most 1e-4 of a derivative of lower order if that is more than ten times as large, with the duration of a piece
+        as the unit of time. ``"sampling"``: largest norms of a dense sample, refined around the maximum.
         """
 
 @final
@@ -1501,19 +1563,20 @@ class QuasiGeodesic(Curve):
     Parameters
     ----------
     S0, S1 : array_like, shape (n, k)
-        Points with orthonormal columns; ``beta(0) = S0``, ``beta(1) = S1``. The principal branch, whose normal part
-        ``|K|`` is the shortest; another branch may be shorter in all, by a smaller ``Omega``. Almost every two points are
-        joined.
+        Points with orthonormal columns; ``beta(0) = S0``, ``beta(1) = S1``. The curve is the principal branch, whose
+        normal part ``|K|`` is minimal; another branch may be shorter in total because its ``Omega`` is smaller. Almost
+        all pairs of points are joined.
     project : bool, default False
-        Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-        Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+        If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+        their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+        single precision are always projected.
 
     Raises
     ------
     InvalidInputError
-        Shape, not finite, not orthonormal (with the measured defect).
+        Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
     OutsideDomainError
-        Antipodal points, a relative rotation by pi, different components of O(n); carries ``angle``.
+        Antipodal points, a relative rotation by pi, or different components of O(n); carries ``angle``.
 
     Notes
     -----
@@ -1530,12 +1593,12 @@ class QuasiGeodesic(Curve):
     def __new__(cls, S0: ArrayLike, S1: ArrayLike, *, project: bool = False) -> QuasiGeodesic: ...
     @staticmethod
     def from_velocity(S: ArrayLike, V: ArrayLike, *, project: bool = False) -> QuasiGeodesic:
-        """The quasi-geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
+        """Return the quasi-geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect).
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect).
         """
 
 @disjoint_base
@@ -1545,30 +1608,34 @@ class GeometricPolynomial(Curve):
     Parameters
     ----------
     P : array_like, shape (degree + 1, n, k)
-        Control points with orthonormal columns, two or more. The curve starts in the first and ends in the last, with
-        ``degree`` times the velocities of the first and the last piece between them.
+        At least two control points with orthonormal columns. The curve starts at the first and ends at the last; its
+        end velocities are ``degree`` times the velocities of the first and the last piece between control points.
     pieces : "quasi_geodesic" or "geodesic", default "quasi_geodesic"
-        Quasi-geodesics are in closed form; geodesics (canonical metric) take a logarithm for every stage of every
-        point, and derivatives a linear system. On a :class:`Grassmann` the two are the same.
+        Curves between control points. Quasi-geodesics have a closed form; geodesics (canonical metric) need a logarithm
+        for every stage of every evaluated point, and a linear system for derivatives. On a :class:`Grassmann` the two
+        are the same.
     manifold : Stiefel or Grassmann, optional
-        What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-        whichever, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the first given one on.
+        Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+        are arbitrary bases of subspaces, and the curve consists of bases that start at the first given one and turn as
+        little as possible, ``Y^T Y' = 0``.
     project : bool, default False
-        Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-        Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+        If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+        their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+        single precision are always projected.
 
     Raises
     ------
     InvalidInputError
-        Shape, not finite, not orthonormal (with the measured defect).
+        Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
     OutsideDomainError
-        Consecutive points that cannot be joined, or intermediate points that reach an angle of pi inside of the
-        interval, where the curve would jump; with geodesics, consecutive points that are not within the injectivity
-        radius; consecutive subspaces with a principal angle of pi/2. Carries ``angle``, or the distance.
+        Consecutive points cannot be joined, or intermediate points reach an angle of pi inside the interval, where the
+        curve would jump; with geodesics, consecutive points are not within the injectivity radius; consecutive
+        subspaces have a principal angle of pi/2. Carries ``angle``, or the distance.
 
     Notes
     -----
-    Krakowski, Machado, Silva Leite, Batista (2017); with geodesics Park, Ravani (1995). Work is done in ``min(n, (degree + 1) k)`` dimensions.
+    Krakowski, Machado, Silva Leite, Batista (2017); with geodesics Park, Ravani (1995). Computations take place in
+    ``min(n, (degree + 1) k)`` dimensions.
 
     Examples
     --------
@@ -1591,24 +1658,24 @@ class GeometricPolynomial(Curve):
     ) -> GeometricPolynomial: ...
     @property
     def pieces(self) -> str:
-        """What the curve is made of: "quasi_geodesic" or "geodesic"."""
+        """Kind of the pieces: "quasi_geodesic" or "geodesic"."""
     @property
     def control_points(self) -> _Frames:
-        """The control points, shape (degree + 1, n, k)."""
+        """Control points, shape (degree + 1, n, k)."""
     @property
     def degree(self) -> int:
-        """One less than the number of control points."""
+        """Degree: the number of control points minus one."""
     @property
     def report(self) -> SolverReport | None:
-        """How the search for control points of minimal cost ended; None for curves that were not searched.
+        """Outcome of the search for control points of minimal cost; None for other curves.
 
-        Its residual is the norm of the part of the acceleration that moves of the control points change to first order.
+        The residual is the norm of the part of the acceleration that changes to first order with the control points.
         """
     @staticmethod
     def minimal_cost(
         S0: ArrayLike, V0: ArrayLike, S1: ArrayLike, V1: ArrayLike, *, degree: int = 5, project: bool = False
     ) -> GeometricPolynomial:
-        """The curve of a given degree with given end points and end velocities whose cost is least.
+        """Return a curve of minimal cost among those of a given degree with given end points and end velocities.
 
         Parameters
         ----------
@@ -1617,33 +1684,33 @@ class GeometricPolynomial(Curve):
         S1, V1 : array_like, shape (n, k)
             Final point and velocity, at ``t = 1``.
         degree : int, default 5
-            From 3 (the geometric cubic, nothing is free) to 10. Higher degrees come closer to the Riemannian cubic, by
-            about a factor of ten each, and take longer to build and to evaluate.
+            From 3 (the geometric cubic, which has no free control point) to 10. Each additional degree reduces the
+            distance to the Riemannian cubic about tenfold, and increases the time to construct and evaluate the curve.
         project : bool, default False
             As for the class.
 
         Returns
         -------
         GeometricPolynomial
-            ``cost()`` is a local minimum, to 1e-12 relative; ``report`` says how the search ended.
+            Its cost is a local minimum, to 1e-12 relative; ``report`` has the outcome of the search.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect); a degree out of range; an end
-            velocity too long to be met; more than 2000 free numbers.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect); a
+            degree out of range; an end velocity too long for the construction; more than 2000 unknowns.
         OutsideDomainError
-            Control points that cannot be joined, or a curve that would jump; carries ``angle``.
+            Control points cannot be joined, or the curve would jump; carries ``angle``.
         ConvergenceError
             The search found no minimum; carries ``report``.
 
         Notes
         -----
-        Gauss-Newton iteration on the inner control points, from those of the geometric cubic. It is a local minimum:
-        other starting points may lead to other curves.
+        Gauss-Newton iteration on the inner control points, started from those of the geometric cubic. The result is a
+        local minimum: other starting points may lead to other curves.
 
-        The search may take longer than the exact cubic does, ``RiemannianCubic.from_boundary``, whose points are quick
-        too: this is for where a curve in closed form is wanted.
+        The search may take longer than ``RiemannianCubic.from_boundary``, which solves for the exact cubic and is fast
+        to evaluate too. Use this if a curve in closed form is needed.
 
         Examples
         --------
@@ -1667,29 +1734,31 @@ class GeometricPolynomial(Curve):
         *,
         project: bool = False,
     ) -> GeometricPolynomial:
-        """The curve of degree five with given end points, end velocities and covariant end accelerations, in closed form.
+        """Return the curve of degree five with given end points, velocities and covariant accelerations.
+
+        The construction is in closed form.
 
         Parameters
         ----------
         S0, V0, A0 : array_like, shape (n, k)
             Initial point, velocity and covariant acceleration.
         S1, V1, A1 : array_like, shape (n, k)
-            The same at ``t = 1``.
+            Final point, velocity and covariant acceleration, at ``t = 1``.
         project : bool, default False
             As for the class.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect); an end velocity or acceleration
-            too long to be met.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect); an
+            end velocity or acceleration too long for the construction.
         OutsideDomainError
-            Inner control points that cannot be joined, or a curve that would jump; carries ``angle``.
+            Inner control points cannot be joined, or the curve would jump; carries ``angle``.
 
         Notes
         -----
-        Meets its data to round-off. With the accelerations of a Riemannian cubic it is near that cubic; curves that
-        share an end acceleration join with continuous acceleration.
+        The curve meets its data to round-off. With the end accelerations of a Riemannian cubic it is close to that
+        cubic. Curves that share an end point, velocity and acceleration join with continuous acceleration.
 
         Examples
         --------
@@ -1709,24 +1778,26 @@ class Geodesic(Curve):
     Parameters
     ----------
     S0, S1 : array_like, shape (n, k)
-        Points with orthonormal columns; ``gamma(0) = S0``, ``gamma(1) = S1``. The geodesic of ``Stiefel.log``: the
-        shortest one up to ``0.89 pi`` (canonical metric).
+        Points with orthonormal columns; ``gamma(0) = S0``, ``gamma(1) = S1``. The geodesic is that of ``Stiefel.log``,
+        the shortest up to a distance of ``0.89 pi`` (canonical metric).
     metric : "canonical", "euclidean" or float, default "canonical"
-        The metric whose geodesic it is, as for ``Stiefel``. The covariant ``acceleration`` and ``jerk`` and the
-        ``cost`` are those of the canonical metric for every curve, so they vanish for canonical geodesics only.
+        Metric of the geodesic, as for ``Stiefel``. The covariant ``acceleration`` and ``jerk`` and the ``cost`` use the
+        canonical metric for every curve, so they vanish for canonical geodesics only.
     manifold : Stiefel or Grassmann, optional
-        What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-        whichever, and the bases of the curve turn as little as possible.
+        Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+        are arbitrary bases of subspaces, and the curve consists of bases that start at the first given one and turn as
+        little as possible, ``Y^T Y' = 0``.
     project : bool, default False
-        Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-        Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+        If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+        their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+        single precision are always projected.
 
     Raises
     ------
     InvalidInputError
-        Shape, not finite, not orthonormal (with the measured defect).
+        Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
     OutsideDomainError
-        Antipodal points, a relative rotation by pi, different components of O(n); carries ``angle``.
+        Antipodal points, a relative rotation by pi, or different components of O(n); carries ``angle``.
     ConvergenceError
         No geodesic was found; carries ``report``.
 
@@ -1760,12 +1831,15 @@ class Geodesic(Curve):
         manifold: Stiefel | Grassmann | None = None,
         project: bool = False,
     ) -> Geodesic:
-        """The geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k). All else as for the class.
+        """Return the geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
+
+        Other arguments are the same as for the class.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect), or too long for a number.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect), or
+            a vector so long that the result overflows.
         """
     @property
     def length(self) -> float:
@@ -1773,7 +1847,7 @@ class Geodesic(Curve):
 
 @final
 class GeometricCubic(GeometricPolynomial):
-    """Geometric cubic polynomial by the adjusted de Casteljau algorithm, from boundary data.
+    """Geometric cubic: the adjusted de Casteljau curve with given boundary data.
 
     Parameters
     ----------
@@ -1782,35 +1856,36 @@ class GeometricCubic(GeometricPolynomial):
     S1, V1 : array_like, shape (n, k)
         Final point and velocity, at ``t = 1``.
     pieces : "quasi_geodesic" or "geodesic", default "quasi_geodesic"
-        Geodesics (canonical metric) come much nearer to the Riemannian cubic for ``k > 1``, where they differ from
-        quasi-geodesics, and take a logarithm for every stage of every point; not for ``k = n - 1``, where they are in
-        closed form as well. For ``k = 1`` the curve is the same, and a point takes many times as long. On a :class:`Grassmann`
-        the two are the same.
+        Curves between control points. Geodesics (canonical metric) come much closer to the Riemannian cubic for
+        ``k > 1``, where they differ from quasi-geodesics, but need a logarithm for every stage of every evaluated
+        point, except for ``k = n - 1``, where they have a closed form too. For ``k = 1`` both give the same curve, but
+        evaluating geodesics takes many times as long. On a :class:`Grassmann` the two are the same.
     manifold : Stiefel or Grassmann, optional
-        What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-        whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-        first given one on.
+        Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+        are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of bases that
+        start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
     project : bool, default False
-        Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-        Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+        If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+        their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+        single precision are always projected.
 
     Raises
     ------
     InvalidInputError
-        Shape, not finite, not orthonormal, not tangent (with the measured defect); an end velocity too long to be
-        met.
+        Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect); an end
+        velocity too long for the construction.
     OutsideDomainError
-        Inner control points that cannot be joined, or intermediate points that reach an angle of pi inside of the
-        interval, where the curve would jump; of subspaces a principal angle of pi/2 between consecutive control points, or
-        in a third of an end velocity. Carries ``angle``.
+        Inner control points cannot be joined, or intermediate points reach an angle of pi inside the interval, where
+        the curve would jump; for subspaces, a principal angle of pi/2 between consecutive control points, or in a third
+        of an end velocity. Carries ``angle``.
 
     Notes
     -----
-    Meets its boundary data to round-off and is close to the Riemannian cubic with the same data, not equal to it. A
-    third of each end velocity must be the velocity of the principal quasi-geodesic between its ends (on the sphere,
-    speeds below ``3 pi``); longer ones are refused.
+    The curve meets its boundary data to round-off. It is close to the Riemannian cubic with the same data, but not
+    equal to it. A third of each end velocity must be the initial velocity of a principal quasi-geodesic (on the sphere,
+    speeds below ``3 pi``); longer velocities are refused.
 
-    arXiv 2404.19407 and Krakowski, Machado, Silva Leite, Batista (2017).
+    arXiv 2404.19407; Krakowski, Machado, Silva Leite, Batista (2017).
 
     Examples
     --------
@@ -1840,38 +1915,39 @@ class GeometricCubic(GeometricPolynomial):
     def from_control_points(
         P: ArrayLike, *, manifold: Stiefel | Grassmann | None = None, project: bool = False
     ) -> GeometricCubic:
-        """The geometric cubic with control points ``P``, shape (4, n, k).
+        """Return the geometric cubic with control points ``P``, shape (4, n, k).
 
         Parameters
         ----------
         P : array_like, shape (4, n, k)
             Control points with orthonormal columns.
         manifold : Stiefel or Grassmann, optional
-            What the points stand for, as for the class.
+            Manifold of the points, as for the class.
         project : bool, default False
-            Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-            Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+            If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors
+            by their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5;
+            arrays in single precision are always projected.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal (with the measured defect).
+            Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
         OutsideDomainError
-            Consecutive points that cannot be joined; carries ``angle``.
+            Consecutive points cannot be joined; carries ``angle``.
         """
 
 @final
 class RiemannianCubic(Curve):
     """Riemannian cubic: a critical curve of the integral of the squared covariant acceleration.
 
-    Made by :meth:`from_initial` or :meth:`from_boundary`; it cannot be constructed directly.
+    Constructed by :meth:`from_initial` or :meth:`from_boundary`; the class cannot be called.
 
     Notes
     -----
-    Solves ``D_t^3 S' + R(D_t S', S') S' = tension D_t S'`` (canonical metric) on any St(n, k), without charts, by a Taylor method of
-    order 20 in ``min(n, 4 k)`` dimensions, to round-off. Pieces of a :class:`CubicSpline` may instead be one polynomial
-    about the middle of the piece, of an order that depends on how fast it turns. Outside of ``t_span`` the curve is
-    integrated on, for each call anew: :meth:`restricted` gives a curve that keeps it.
+    Solves ``D_t^3 S' + R(D_t S', S') S' = tension D_t S'`` (canonical metric) on any St(n, k), without charts, by a
+    Taylor method of order 20 in ``min(n, 4 k)`` dimensions, to round-off. A piece of a :class:`CubicSpline` may instead
+    be a single polynomial about its midpoint, whose order depends on how fast the piece turns. Outside ``t_span`` each
+    call integrates the curve anew; :meth:`restricted` returns a curve that stores the longer integration.
 
     Noakes, Heinzinger, Paden (1989); Crouch, Silva Leite (1995); Silva Leite, Camarinha, Crouch (2000) for tension.
 
@@ -1904,35 +1980,37 @@ class RiemannianCubic(Curve):
         manifold: Stiefel | Grassmann | None = None,
         project: bool = False,
     ) -> RiemannianCubic:
-        """The Riemannian cubic with given initial data.
+        """Return the Riemannian cubic with given initial data.
 
         Parameters
         ----------
         S, V, A, J : array_like, shape (n, k)
             Point, velocity, covariant acceleration and covariant jerk at ``t = 0``.
         t_end : float, default 1.0
-            The curve is made for the times between 0 and this one, which may be negative.
+            End of ``t_span``, which starts at 0; may be negative.
         tol : float, default 1e-17
-            What a step leaves out, relative to the state, between 1e-17 (round-off) and 0.1. Points are orthonormal to
-            about ``tol`` too, and no better.
+            Local error of a step, relative to the state, between 1e-17 (round-off) and 0.1. The orthonormality defect
+            of points is about ``tol`` too.
         tension : float, default 0.0
-            The curve makes the integral of ``|A|^2 + tension |V|^2`` stationary; not negative, in units of ``1 / t^2``.
+            Weight of the squared velocity: the integral of ``|A|^2 + tension |V|^2`` is stationary. At least 0, in
+            units of ``1 / t^2``.
         manifold : Stiefel or Grassmann, optional
-            What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-            whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-            first given one on.
+            Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the
+            points are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of
+            bases that start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
         project : bool, default False
-            Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-            Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+            If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors
+            by their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5;
+            arrays in single precision are always projected.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect), ``t_end`` zero, ``tol`` or
-            ``tension`` out of range.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect),
+            ``t_end`` zero, ``tol`` or ``tension`` out of range.
         ConvergenceError
-            More steps than 100000, or than fit into a gigabyte: ``t_end`` is too large for the speed. Carries
-            ``report``; its residual is the time that was left.
+            The integration needs more than 100000 steps, or more than fit into one gigabyte: ``t_end`` is too large for
+            the speed. Carries ``report``, whose residual is the remaining time.
         """
     @overload
     @staticmethod
@@ -1950,75 +2028,80 @@ class RiemannianCubic(Curve):
         manifold: Stiefel | Grassmann | None = None,
         project: bool = False,
     ) -> RiemannianCubic:
-        """A Riemannian cubic on ``[0, 1]`` with given end points and end velocities.
+        """Return a Riemannian cubic on ``[0, 1]`` with given end points and end velocities.
 
         Parameters
         ----------
         S0, V0 : array_like, shape (n, k)
             Initial point and velocity.
         S1, V1 : array_like, shape (n, k)
-            Final point and velocity. Data with defects up to 1e-9, rounded decimals for example, stand for the nearest exact
-            ones.
+            Final point and velocity. Data with defects up to 1e-9, such as rounded decimals, are replaced by the
+            nearest exact ones.
         tol : float, default 1e-12
-            The largest distance of the end point and end velocity from ``S1`` and ``V1``, Frobenius norm of both
-            together. Where an end speed exceeds 10 the velocity counts relative to the larger end speed; ``32 eps`` times that
-            speed, about 1e-12 for 140 and never more than 1e-9, is the least tolerance (``report.tolerance``).
+            Largest error of end point and end velocity, as the Frobenius norm of both together. If an end speed exceeds
+            10, the velocity error is relative to the larger end speed. The tolerance is at least ``32 eps`` times that
+            speed (about 1e-12 at speed 140), but this bound never exceeds 1e-9; ``report.tolerance`` is the tolerance
+            used.
         max_iterations : int, default 50
-            Newton steps from the first start, and from any other, at most; steps of descents, up to 300 of each, have the
-            limit of work only. With 12 or fewer a first start that runs out of them ends the search. More than 50 raise the
-            limit of work, about two seconds, in proportion.
+            Largest number of Newton steps from each starting point. Descent steps, up to 300 per descent, are bounded
+            by the work limit only. If this is 12 or less and the first start uses all steps, the search ends. More than
+            50 raise the work limit, about two seconds, in proportion.
         guess : pair (A, J) of array_like, optional
-            Covariant acceleration and covariant jerk at ``S0`` to start from, shape (n, k) each; by default those of the
-            cubic of flat space. On a :class:`Grassmann` they are horizontal at ``S0``.
+            Covariant acceleration and covariant jerk at ``S0``, shape (n, k) each, from which Newton's method starts;
+            by default those of the cubic in flat space. On a :class:`Grassmann` they are horizontal at ``S0``.
         tension : float, default 0.0
-            The curve makes the integral of ``|A|^2 + tension |V|^2`` stationary, its :meth:`Curve.cost`: a cubic for 0, near a
-            geodesic but for both ends where it is large. At most 64: what is off at the start grows along the curve as
-            ``exp(sqrt(tension) t)``.
+            Weight of the squared velocity: the integral of ``|A|^2 + tension |V|^2``, which is :meth:`Curve.cost`, is
+            stationary. 0 gives a cubic; for large values the curve is close to a geodesic except near its ends. Between
+            0 and 64: an error at the start grows along the curve as ``exp(sqrt(tension) t)``.
         all_found : bool, default False
-            Look for more solutions and return all that are found: by Newton's method from the cubic of flat space (or the
-            guess), by descents from there and from cubics of flat space that make one or two full turns more, and along
-            families of boundary data from curves that make a full turn more. On a :class:`Grassmann` by the same
-            descents, whose cubics of flat space turn a principal direction by pi or 2 pi more, and by Newton's method from random
-            initial data; with real lines (``k = 1``) on the sphere, to both unit vectors of the last line.
+            If True, search for further solutions and return all that are found: by Newton's method from the cubic in
+            flat space (or the guess), by descents from it and from cubics in flat space with one or two extra full
+            turns, and by continuation in the boundary data from curves with an extra full turn. On a
+            :class:`Grassmann`, by the same descents, where the cubics in flat space turn a principal direction by an
+            extra pi or 2 pi, and by Newton's method from random initial data; for real lines (``k = 1``) on the sphere,
+            with both unit vectors of the last line as end points.
         manifold : Stiefel or Grassmann, optional
-            What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-            whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-            first given one on.
+            Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the
+            points are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of
+            bases that start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
         project : bool, default False
-            Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-            Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+            If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors
+            by their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5;
+            arrays in single precision are always projected.
 
         Returns
         -------
         RiemannianCubic, or list of RiemannianCubic
-            With ``all_found`` a list, the cheapest first (:meth:`Curve.cost`). There may be others: on the sphere there
-            are infinitely many.
+            With ``all_found`` a list, sorted by increasing :meth:`Curve.cost`. It need not be complete: on the sphere
+            there are infinitely many solutions.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect), ``tol`` not between 1e-15 and 0.1,
-            ``max_iterations`` less than 1, ``tension`` not between 0 and 64.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect),
+            ``tol`` not between 1e-15 and 0.1, ``max_iterations`` less than 1, ``tension`` not between 0 and 64.
         OutsideDomainError
-            Points in different components of O(n); carries ``angle``.
+            The points lie in different components of O(n); carries ``angle``.
         ConvergenceError
-            No solution to ``tol`` is found, or the curve takes more Taylor steps than are allowed: the data, or a guess,
-            are too fast. Carries ``report``; its residual is what the end is off, or the time that was left.
+            No solution to ``tol`` was found, or the curve needs more Taylor steps than are allowed because the data or
+            the guess are too fast. Carries ``report``, whose residual is the error at the end, or the remaining time.
 
         Notes
         -----
-        Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts from the
-        cubic of flat space, or from the guess. If displacement and speeds are at most 2, its solution is returned. Otherwise
-        (and without a guess) a chain of cubics descends to a curve of least cost: from a curve that rolls evenly from one
-        velocity to the other, for end speeds up to 16 also from the cubic of flat space, and from the de Casteljau curve where
-        more than one quasi-geodesic joins the points. The cheapest is returned. Where that would take more work than a problem
-        may (dimensions from 57 on, as of St(15,5), SO(12) and complex St(10,4)) it is the solution from the cubic of flat space,
-        and not known to be the cheapest. Compare solutions by :meth:`Curve.cost`.
+        Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts
+        from the cubic in flat space, or from the guess. If displacement and speeds are at most 2, its solution is
+        returned. Otherwise, unless a guess is given, chains of cubics descend to local minima of the cost: from a curve
+        that rolls evenly from one velocity to the other; for end speeds up to 16 also from the cubic in flat space; and
+        from the de Casteljau curve if more than one quasi-geodesic joins the points. The solution of least cost is
+        returned. If the descents would exceed the work limit (dimension 57 or more, as for St(15,5), SO(12) and complex
+        St(10,4)), the solution from the cubic in flat space is returned, which need not have the least cost. Compare
+        solutions by :meth:`Curve.cost`.
 
-        Opposite points, or nearly so, with end speeds below 1e-5 may be refused: their solutions are nearly a whole family
-        (seen on St(3,1), St(4,1) and most on St(6,3), not on St(3,2) and St(4,2)).
+        Antipodal points, or nearly antipodal ones, with end speeds below 1e-5 may be refused, because the solutions
+        nearly form a continuous family (observed on St(3,1), St(4,1) and for most data on St(6,3), not on St(3,2) and
+        St(4,2)).
 
-        A problem is given up after the work of about two seconds. Ctrl-C ends the search at once.
+        The search stops at a work limit of about two seconds. Ctrl-C stops it at once.
         """
     @overload
     @staticmethod
@@ -2036,160 +2119,169 @@ class RiemannianCubic(Curve):
         manifold: Stiefel | Grassmann | None = None,
         project: bool = False,
     ) -> list[RiemannianCubic]:
-        """A Riemannian cubic on ``[0, 1]`` with given end points and end velocities.
+        """Return a Riemannian cubic on ``[0, 1]`` with given end points and end velocities.
 
         Parameters
         ----------
         S0, V0 : array_like, shape (n, k)
             Initial point and velocity.
         S1, V1 : array_like, shape (n, k)
-            Final point and velocity. Data with defects up to 1e-9, rounded decimals for example, stand for the nearest exact
-            ones.
+            Final point and velocity. Data with defects up to 1e-9, such as rounded decimals, are replaced by the
+            nearest exact ones.
         tol : float, default 1e-12
-            The largest distance of the end point and end velocity from ``S1`` and ``V1``, Frobenius norm of both
-            together. Where an end speed exceeds 10 the velocity counts relative to the larger end speed; ``32 eps`` times that
-            speed, about 1e-12 for 140 and never more than 1e-9, is the least tolerance (``report.tolerance``).
+            Largest error of end point and end velocity, as the Frobenius norm of both together. If an end speed exceeds
+            10, the velocity error is relative to the larger end speed. The tolerance is at least ``32 eps`` times that
+            speed (about 1e-12 at speed 140), but this bound never exceeds 1e-9; ``report.tolerance`` is the tolerance
+            used.
         max_iterations : int, default 50
-            Newton steps from the first start, and from any other, at most; steps of descents, up to 300 of each, have the
-            limit of work only. With 12 or fewer a first start that runs out of them ends the search. More than 50 raise the
-            limit of work, about two seconds, in proportion.
+            Largest number of Newton steps from each starting point. Descent steps, up to 300 per descent, are bounded
+            by the work limit only. If this is 12 or less and the first start uses all steps, the search ends. More than
+            50 raise the work limit, about two seconds, in proportion.
         guess : pair (A, J) of array_like, optional
-            Covariant acceleration and covariant jerk at ``S0`` to start from, shape (n, k) each; by default those of the
-            cubic of flat space. On a :class:`Grassmann` they are horizontal at ``S0``.
+            Covariant acceleration and covariant jerk at ``S0``, shape (n, k) each, from which Newton's method starts;
+            by default those of the cubic in flat space. On a :class:`Grassmann` they are horizontal at ``S0``.
         tension : float, default 0.0
-            The curve makes the integral of ``|A|^2 + tension |V|^2`` stationary, its :meth:`Curve.cost`: a cubic for 0, near a
-            geodesic but for both ends where it is large. At most 64: what is off at the start grows along the curve as
-            ``exp(sqrt(tension) t)``.
+            Weight of the squared velocity: the integral of ``|A|^2 + tension |V|^2``, which is :meth:`Curve.cost`, is
+            stationary. 0 gives a cubic; for large values the curve is close to a geodesic except near its ends. Between
+            0 and 64: an error at the start grows along the curve as ``exp(sqrt(tension) t)``.
         all_found : bool, default False
-            Look for more solutions and return all that are found: by Newton's method from the cubic of flat space (or the
-            guess), by descents from there and from cubics of flat space that make one or two full turns more, and along
-            families of boundary data from curves that make a full turn more. On a :class:`Grassmann` by the same
-            descents, whose cubics of flat space turn a principal direction by pi or 2 pi more, and by Newton's method from random
-            initial data; with real lines (``k = 1``) on the sphere, to both unit vectors of the last line.
+            If True, search for further solutions and return all that are found: by Newton's method from the cubic in
+            flat space (or the guess), by descents from it and from cubics in flat space with one or two extra full
+            turns, and by continuation in the boundary data from curves with an extra full turn. On a
+            :class:`Grassmann`, by the same descents, where the cubics in flat space turn a principal direction by an
+            extra pi or 2 pi, and by Newton's method from random initial data; for real lines (``k = 1``) on the sphere,
+            with both unit vectors of the last line as end points.
         manifold : Stiefel or Grassmann, optional
-            What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-            whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-            first given one on.
+            Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the
+            points are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of
+            bases that start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
         project : bool, default False
-            Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-            Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+            If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors
+            by their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5;
+            arrays in single precision are always projected.
 
         Returns
         -------
         RiemannianCubic, or list of RiemannianCubic
-            With ``all_found`` a list, the cheapest first (:meth:`Curve.cost`). There may be others: on the sphere there
-            are infinitely many.
+            With ``all_found`` a list, sorted by increasing :meth:`Curve.cost`. It need not be complete: on the sphere
+            there are infinitely many solutions.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect), ``tol`` not between 1e-15 and 0.1,
-            ``max_iterations`` less than 1, ``tension`` not between 0 and 64.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect),
+            ``tol`` not between 1e-15 and 0.1, ``max_iterations`` less than 1, ``tension`` not between 0 and 64.
         OutsideDomainError
-            Points in different components of O(n); carries ``angle``.
+            The points lie in different components of O(n); carries ``angle``.
         ConvergenceError
-            No solution to ``tol`` is found, or the curve takes more Taylor steps than are allowed: the data, or a guess,
-            are too fast. Carries ``report``; its residual is what the end is off, or the time that was left.
+            No solution to ``tol`` was found, or the curve needs more Taylor steps than are allowed because the data or
+            the guess are too fast. Carries ``report``, whose residual is the error at the end, or the remaining time.
 
         Notes
         -----
-        Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts from the
-        cubic of flat space, or from the guess. If displacement and speeds are at most 2, its solution is returned. Otherwise
-        (and without a guess) a chain of cubics descends to a curve of least cost: from a curve that rolls evenly from one
-        velocity to the other, for end speeds up to 16 also from the cubic of flat space, and from the de Casteljau curve where
-        more than one quasi-geodesic joins the points. The cheapest is returned. Where that would take more work than a problem
-        may (dimensions from 57 on, as of St(15,5), SO(12) and complex St(10,4)) it is the solution from the cubic of flat space,
-        and not known to be the cheapest. Compare solutions by :meth:`Curve.cost`.
+        Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts
+        from the cubic in flat space, or from the guess. If displacement and speeds are at most 2, its solution is
+        returned. Otherwise, unless a guess is given, chains of cubics descend to local minima of the cost: from a curve
+        that rolls evenly from one velocity to the other; for end speeds up to 16 also from the cubic in flat space; and
+        from the de Casteljau curve if more than one quasi-geodesic joins the points. The solution of least cost is
+        returned. If the descents would exceed the work limit (dimension 57 or more, as for St(15,5), SO(12) and complex
+        St(10,4)), the solution from the cubic in flat space is returned, which need not have the least cost. Compare
+        solutions by :meth:`Curve.cost`.
 
-        Opposite points, or nearly so, with end speeds below 1e-5 may be refused: their solutions are nearly a whole family
-        (seen on St(3,1), St(4,1) and most on St(6,3), not on St(3,2) and St(4,2)).
+        Antipodal points, or nearly antipodal ones, with end speeds below 1e-5 may be refused, because the solutions
+        nearly form a continuous family (observed on St(3,1), St(4,1) and for most data on St(6,3), not on St(3,2) and
+        St(4,2)).
 
-        A problem is given up after the work of about two seconds. Ctrl-C ends the search at once.
+        The search stops at a work limit of about two seconds. Ctrl-C stops it at once.
         """
     @property
     def report(self) -> SolverReport | None:
-        """How the boundary value problem was solved; None for a curve from initial data."""
+        """Outcome of the boundary value solver; None for a curve from initial data."""
     @property
     def initial(self) -> tuple[_Frames, _Frames, _Frames, _Frames]:
-        """Point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``, each of shape (n, k)."""
+        """Point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``, shape (n, k) each."""
     @property
     def tension(self) -> float:
-        """The tension: 0 for a cubic."""
+        """Weight of the squared velocity; 0 for a cubic."""
     @property
     def energy(self) -> float:
-        """The conserved energy ``|D_t S'|^2 / 2 - <D_t D_t S', S'> + tension |S'|^2 / 2``."""
+        """Conserved energy ``|D_t S'|^2 / 2 - <D_t D_t S', S'> + tension |S'|^2 / 2``."""
     @property
     def momentum(self) -> _Frames:
-        """The conserved spatial momentum, a skew matrix of shape (n, n); for ``n`` up to 16384."""
+        """Conserved spatial momentum, a skew-symmetric matrix of shape (n, n); for ``n`` up to 16384."""
     @property
     def steps(self) -> int:
-        """Number of polynomials that the curve consists of: the steps of its integration, or 1 for a piece of a spline that
-        was solved without integration.
+        """Number of polynomials in the curve.
+
+        The number of integration steps, or 1 for a piece of a spline that was solved without integration.
         """
     def restricted(self, start: float, end: float) -> RiemannianCubic:
-        """The same curve made for ``[start, end]``: a part of ``t_span``, or more.
+        """Return the same curve on ``[start, end]``, which may extend beyond ``t_span``.
 
         Raises
         ------
         InvalidInputError
-            ``start >= end``, not finite.
+            ``start >= end``, or not finite.
         ConvergenceError
-            The curve cannot be integrated on so far; carries ``report``.
+            The curve cannot be integrated that far; carries ``report``.
         """
     def reparametrised(self, start: float, end: float) -> RiemannianCubic:
-        """The same points at other times: ``t_span`` becomes ``[start, end]``.
+        """Return the curve with its parameter transformed linearly so that ``t_span`` becomes ``[start, end]``.
 
         Raises
         ------
         InvalidInputError
-            ``start >= end``, not finite, or so near or far that speeds leave the range of numbers.
+            ``start >= end``, not finite, or so close or far apart that speeds overflow or underflow.
         """
     def reversed(self) -> RiemannianCubic:
-        """The curve run backwards over the same interval."""
+        """Return the curve run backwards over the same interval."""
     def initial_variation(
         self, dS0: ArrayLike, dV0: ArrayLike, dS1: ArrayLike, dV1: ArrayLike
     ) -> tuple[_Frames, _Frames, _Frames, _Frames]:
-        """How the initial data change where the boundary data do: implicit function theorem.
+        """Differentiate the initial data with respect to the boundary data, by the implicit function theorem.
 
-        On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``, which at the end is the
-        given basis up to a turn; how the bases turn is left out.
+        On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
+        end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
+        out.
 
         Parameters
         ----------
         dS0, dV0, dS1, dV1 : array_like, shape (n, k)
-            Ambient derivatives of the boundary data along a family of data. So ``S.T @ dS`` is skew, and
-            ``S.T @ dV + dV.T @ S + dS.T @ V + V.T @ dS`` vanishes, at both ends.
+            Ambient derivatives of the boundary data along a family of data: at both ends ``S.T @ dS`` is skew, and
+            ``S.T @ dV + dV.T @ S + dS.T @ V + V.T @ dS`` is zero.
 
         Returns
         -------
         tuple of ndarray, each of shape (n, k)
-            Ambient derivatives of point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``.
+            Ambient derivatives of point, velocity, covariant acceleration and covariant jerk at the start of
+            ``t_span``.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, a variation that leaves the constraints (with the measured defect).
+            Wrong shape, non-finite entries, or a variation that violates the constraints (with the measured defect).
         OutsideDomainError
-            The ends are conjugate along the curve, to 1e-11: the solution does not depend smoothly on them. ``angle`` is
-            None.
+            The ends are conjugate along the curve, to 1e-11, so that the solution does not depend smoothly on them;
+            ``angle`` is None.
 
         Notes
         -----
-        Exact derivatives of the flow, no differences. Any Riemannian cubic is the solution of the boundary value problem
-        of its own ends; this is the derivative of that solution.
+        Derivatives are exact, not finite differences. Any Riemannian cubic solves the boundary value problem of its own
+        ends; this is the derivative of that solution.
         """
     def point_variation(self, t: ArrayLike, dS0: ArrayLike, dV0: ArrayLike, dS1: ArrayLike, dV1: ArrayLike) -> _Frames:
-        """How points of the curve change where the boundary data do.
+        """Differentiate points of the curve with respect to the boundary data.
 
-        On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``, which at the end is the
-        given basis up to a turn; how the bases turn is left out.
+        On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
+        end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
+        out.
 
         Parameters
         ----------
         t : array_like, shape T
             Parameters.
         dS0, dV0, dS1, dV1 : array_like, shape (n, k)
-            As in :meth:`initial_variation`.
+            As for :meth:`initial_variation`.
 
         Returns
         -------
@@ -2199,38 +2291,40 @@ class RiemannianCubic(Curve):
         Raises
         ------
         InvalidInputError, OutsideDomainError
-            As :meth:`initial_variation`.
+            As for :meth:`initial_variation`.
         """
     def point_pullback(self, t: ArrayLike, W: ArrayLike) -> tuple[_Frames, _Frames, _Frames, _Frames]:
-        """Gradient with respect to the boundary data of ``sum(W * curve(t))``: the transpose of :meth:`point_variation`.
+        """Return the gradient of ``sum(W * curve(t))`` with respect to the boundary data.
+
+        The transpose of :meth:`point_variation`.
 
         Parameters
         ----------
         t : array_like, shape T
             Parameters.
         W : array_like, shape T + (n, k)
-            Derivatives of a function by the points of the curve there; any matrices.
+            Derivatives of a function with respect to the points ``curve(t)``; need not be tangent.
 
         Returns
         -------
         tuple of ndarray, each of shape (n, k)
-            ``(GS0, GV0, GS1, GV1)``: ``sum(W * point_variation(t, dS0, dV0, dS1, dV1))`` is ``sum(GS0 * dS0) + sum(GV0 * dV0) +
-            sum(GS1 * dS1) + sum(GV1 * dV1)`` for every variation of the boundary data.
+            ``(GS0, GV0, GS1, GV1)``: ``sum(W * point_variation(t, dS0, dV0, dS1, dV1))`` equals ``sum(GS0 * dS0) +
+            sum(GV0 * dV0) + sum(GS1 * dS1) + sum(GV1 * dV1)`` for every variation of the boundary data.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite.
+            Wrong shape, non-finite entries.
         OutsideDomainError
-            The ends are conjugate along the curve, to 1e-11: the solution does not depend smoothly on them. ``angle`` is
-            None.
+            The ends are conjugate along the curve, to 1e-11, so that the solution does not depend smoothly on them;
+            ``angle`` is None.
 
         Notes
         -----
-        One solution of the linear equations, whatever the number of parameters.
+        Solves one linear system, whatever the number of parameters.
         """
     def cost_gradient(self) -> tuple[_Frames, _Frames, _Frames, _Frames]:
-        """Gradient of the cost with respect to the boundary data.
+        """Return the gradient of the cost with respect to the boundary data.
 
         Returns
         -------
@@ -2240,23 +2334,25 @@ class RiemannianCubic(Curve):
 
         Notes
         -----
-        By the first variation of the cost at a critical curve: no equation has to be solved.
+        Uses the first variation of the cost at a critical curve, so no equation has to be solved.
         """
     def initial_point_variation(
         self, t: ArrayLike, dS: ArrayLike, dV: ArrayLike, dA: ArrayLike, dJ: ArrayLike
     ) -> _Frames:
-        """How points of the curve change where its initial data do.
+        """Differentiate points of the curve with respect to its initial data.
 
-        On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``, which at the end is the
-        given basis up to a turn; how the bases turn is left out.
+        On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
+        end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
+        out.
 
         Parameters
         ----------
         t : array_like, shape T
             Parameters.
         dS, dV, dA, dJ : array_like, shape (n, k)
-            Ambient derivatives of point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``, along a
-            family of data. So ``S.T @ dS`` is skew, and ``S.T @ dV + dV.T @ S + dS.T @ V + V.T @ dS`` vanishes, for A and J too.
+            Ambient derivatives of point, velocity, covariant acceleration and covariant jerk at the start of
+            ``t_span``, along a family of data: ``S.T @ dS`` is skew, and ``S.T @ dV + dV.T @ S + dS.T @ V + V.T @ dS``
+            is zero, likewise for A and J.
 
         Returns
         -------
@@ -2266,103 +2362,106 @@ class RiemannianCubic(Curve):
         Raises
         ------
         InvalidInputError
-            Shape, not finite, a variation that leaves the constraints (with the measured defect).
+            Wrong shape, non-finite entries, or a variation that violates the constraints (with the measured defect).
         """
     def initial_point_pullback(self, t: ArrayLike, W: ArrayLike) -> tuple[_Frames, _Frames, _Frames, _Frames]:
-        """Gradient with respect to the initial data of ``sum(W * curve(t))``: the transpose of :meth:`initial_point_variation`.
+        """Return the gradient of ``sum(W * curve(t))`` with respect to the initial data.
+
+        The transpose of :meth:`initial_point_variation`.
 
         Parameters
         ----------
         t : array_like, shape T
             Parameters.
         W : array_like, shape T + (n, k)
-            Derivatives of a function by the points of the curve there; any matrices.
+            Derivatives of a function with respect to the points ``curve(t)``; need not be tangent.
 
         Returns
         -------
         tuple of ndarray, each of shape (n, k)
-            ``(GS, GV, GA, GJ)``: ``sum(W * initial_point_variation(t, dS, dV, dA, dJ))`` is ``sum(GS * dS) + sum(GV * dV) +
-            sum(GA * dA) + sum(GJ * dJ)`` for every variation of the initial data.
+            ``(GS, GV, GA, GJ)``: ``sum(W * initial_point_variation(t, dS, dV, dA, dJ))`` equals
+            ``sum(GS * dS) + sum(GV * dV) + sum(GA * dA) + sum(GJ * dJ)`` for every variation of the initial data.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite.
+            Wrong shape, non-finite entries.
         """
 
 @disjoint_base
 class PiecewiseCurve(Curve):
-    """A curve through points, made of cubics that follow one another.
+    """Piecewise curve through points, made of cubics: the base class of splines.
 
-    Made by :class:`CubicSpline` and :class:`CubicHermite`.
+    Constructed by :class:`CubicSpline`, :class:`CubicHermite` and :class:`SmoothingSpline`.
     """
 
     @property
     def t(self) -> _Array:
-        """The times between which the pieces run; read-only, shape (N,)."""
+        """Times of the knots; read-only, shape (N,)."""
     @property
     def points(self) -> _Frames:
-        """The points at these times, as given or projected; read-only, shape (N, n, k)."""
+        """Points of the curve at the knots, as given, projected or smoothed; read-only, shape (N, n, k)."""
     @property
     def kind(self) -> str:
-        """``"riemannian"`` or ``"geometric"``: what the pieces are."""
+        """Kind of the pieces: ``"riemannian"`` or ``"geometric"``."""
     @property
     def extrapolate(self) -> bool:
-        """Whether the first and the last piece go on outside of ``t_span``."""
+        """Whether the first and the last piece are continued outside ``t_span`` by default."""
     @property
     def report(self) -> SolverReport | None:
-        """How the spline was solved for; None where nothing had to be solved for all pieces together."""
+        """Outcome of the solver; None if the pieces were constructed independently."""
     @property
     def pieces(self) -> list[RiemannianCubic] | list[GeometricCubic]:
-        """The ``N - 1`` pieces, each on ``[0, 1]``."""
+        """The ``N - 1`` pieces, each as a curve on ``[0, 1]``."""
 
 @final
 class CubicHermite(PiecewiseCurve):
-    """Curve through points with given velocities, once continuously differentiable.
+    """Curve through points with given velocities, continuously differentiable.
 
     Parameters
     ----------
     t : array_like, shape (N,)
-        Times, increasing, two or more.
+        At least two increasing times.
     S : array_like, shape (N, n, k)
         Points with orthonormal columns.
     V : array_like, shape (N, n, k), or str
-        Tangent vectors at the points: velocities per unit of ``t``. Or the name of a method of
+        Tangent vectors at the points: velocities per unit of ``t``. A string names a method of
         :func:`estimate_velocities`: ``"catmull-rom"``, ``"akima"`` or ``"natural"``.
     kind : "riemannian" or "geometric", default "riemannian"
-        Pieces are Riemannian cubics, or geometric cubics: for pieces that other programs evaluate by de Casteljau's algorithm from
-        control points. On small manifolds they take longer to find.
+        Pieces: Riemannian cubics, or geometric cubics, which other programs can evaluate from control points by de
+        Casteljau's algorithm. On small manifolds geometric cubics take longer to construct.
     extrapolate : bool, default False
-        Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
+        If True, the first and the last piece are continued outside ``[t[0], t[-1]]``; by default such times raise.
     num_threads : int, optional
-        Threads; by default those of the global pool.
+        Number of threads; by default the size of the global pool.
     manifold : Stiefel or Grassmann, optional
-        What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-        whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-        first given one on.
+        Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+        are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of bases that
+        start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
     project : bool, default False
-        Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-        Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+        If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+        their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+        single precision are always projected.
 
     Raises
     ------
     InvalidInputError
-        Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal, not tangent
-        (with the measured defect). Names the knot, and carries it as ``knot``.
+        Mismatched shapes or numbers of knots, non-finite entries, times that do not increase, points not orthonormal,
+        vectors not tangent (with the measured defect). Names the knot; carries ``knot``.
     OutsideDomainError
-        Neighbours that no curve joins; carries ``knot``, the first of the two, and ``angle``.
+        No curve joins two consecutive points; carries ``knot``, the index of the first, and ``angle``.
     ConvergenceError
-        No Riemannian cubic is found between two neighbours; carries ``knot`` and ``report``.
+        No Riemannian cubic was found between two consecutive points; carries ``knot`` and ``report``.
     TypeError
-        Complex times, dates and durations.
+        ``t`` is complex, or holds dates or durations.
 
     See Also
     --------
-    CubicSpline : from points alone, twice continuously differentiable.
+    CubicSpline : twice continuously differentiable curve through points alone.
 
     Notes
     -----
-    Pieces are made independently of each other, in parallel.
+    The pieces are constructed independently of each other, in parallel.
 
     Examples
     --------
@@ -2390,71 +2489,75 @@ class CubicHermite(PiecewiseCurve):
     ) -> CubicHermite: ...
     @property
     def velocities(self) -> _Frames:
-        """The velocities at the knots, as given or as estimated, shape (N, n, k); read-only."""
+        """Velocities at the knots, as given or estimated, shape (N, n, k); read-only."""
 
 @final
 class CubicSpline(PiecewiseCurve):
-    """Spline of cubics through points: velocity and covariant acceleration are continuous.
+    """Spline of cubics through points, with continuous velocity and covariant acceleration.
 
     Parameters
     ----------
     t : array_like, shape (N,)
-        Times, increasing, two or more.
+        At least two increasing times.
     S : array_like, shape (N, n, k)
         Points with orthonormal columns.
     bc_type : str or pair, default "natural"
-        What holds at the ends: ``"natural"``, no covariant acceleration; ``"clamped"``, no velocity; ``"periodic"``, the
-        last point is the first one and velocity and covariant acceleration agree there. Or a pair of conditions for the
-        first and the last point: each ``"natural"``, ``"clamped"``, ``(1, V)`` with a velocity or ``(2, A)`` with a
+        End conditions: ``"natural"``, zero covariant acceleration; ``"clamped"``, zero velocity; ``"periodic"``, the
+        last point equals the first, and velocity and covariant acceleration agree there. Or a pair of conditions for
+        the first and the last point: each ``"natural"``, ``"clamped"``, ``(1, V)`` with a velocity or ``(2, A)`` with a
         covariant acceleration, tangent vectors of shape (n, k).
     kind : "riemannian" or "geometric", default "riemannian"
-        Pieces are Riemannian cubics: stationary cost. Or geometric cubics (adjusted de Casteljau): close to it, and found in
-        a half to a twentieth of the time from St(4, 2) to St(20, 4), in about the same time on the sphere and St(3, 2), and
-        in up to twice the time on the rotations St(3, 3); to evaluate it takes longer, 1.1 times on the sphere, 5 times on
-        St(3, 3).
+        Pieces: Riemannian cubics, for which the cost is stationary, or geometric cubics (adjusted de Casteljau), whose
+        cost is close to it. A geometric spline is found in half to a twentieth of the time from St(4, 2) to St(20, 4),
+        in about the same time on the sphere and St(3, 2), and in up to twice the time on the rotations St(3, 3).
+        Evaluation takes longer: 1.1 times on the sphere, 5 times on St(3, 3).
     extrapolate : bool, default False
-        Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
+        If True, the first and the last piece are continued outside ``[t[0], t[-1]]``; by default such times raise.
     tol : float, default 1e-12
-        The largest distance by which a piece may miss its knot, and jump of the covariant acceleration, in the time of
-        the piece.
+        Largest distance between the end of a piece and its knot, and largest jump of the covariant acceleration, with
+        the duration of the piece as the unit of time.
     max_iterations : int, default 200
-        Steps at the most. More than 200 raise the limit of work, about two seconds, in proportion.
+        Largest number of steps. More than 200 raise the work limit, about two seconds, in proportion.
     tension : float, default 0.0
-        A spline in tension, of Riemannian pieces: stationary for the integral of ``|A|^2 + tension |V|^2``, near geodesics
-        between the points where it is large. Not negative, in units of ``1 / t^2``; at most 64 by the square of the longest
-        leg, since what is off at the start of a leg grows as ``exp(sqrt(tension) t)``, and 6.25 for points with more than 12 rows
-        and more than ``4 k``, also in the span of all points.
+        Weight of the squared velocity, for Riemannian pieces: the integral of ``|A|^2 + tension |V|^2`` is stationary,
+        and for large values the curve is close to geodesics between the points. In units of ``1 / t^2``, at least 0,
+        and at most 64 divided by the square of the longest interval between knots, since an error at its start grows as
+        ``exp(sqrt(tension) t)``. If the columns of all points span more than ``max(12, 4 k)`` dimensions, the limit is
+        6.25 instead of 64.
     num_threads : int, optional
-        Threads; by default those of the global pool.
+        Number of threads; by default the size of the global pool.
     manifold : Stiefel or Grassmann, optional
-        What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-        whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-        first given one on.
+        Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+        are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of bases that
+        start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
     project : bool, default False
-        Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-        Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+        If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+        their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+        single precision are always projected.
 
     Raises
     ------
     InvalidInputError
-        Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal, not tangent
-        (with the measured defect), ends that do not close, ``tension`` out of range. Names the knot, and carries it as ``knot``.
+        Mismatched shapes or numbers of knots, non-finite entries, times that do not increase, points not orthonormal,
+        vectors not tangent (with the measured defect), periodic data that do not close, ``tension`` out of range. Names
+        the knot; carries ``knot``.
     OutsideDomainError
-        Neighbours that no curve joins, or no unique shortest one; carries ``knot``, the first of the two, and ``angle``.
+        No curve, or no unique shortest one, joins two consecutive points; carries ``knot``, the index of the first, and
+        ``angle``.
     ConvergenceError
-        No spline is found; carries ``report``.
+        No spline was found; carries ``report``.
     TypeError
-        Complex times, dates and durations.
+        ``t`` is complex, or holds dates or durations.
 
     See Also
     --------
-    CubicHermite : through points with given velocities.
+    CubicHermite : curve through points with given velocities.
 
     Notes
     -----
-    With Riemannian pieces: stationary for the integral of the squared covariant acceleration among the curves through
-    the points with these ends, what a cubic spline is in flat space. Solved for all pieces at once, in time linear in
-    their number.
+    With Riemannian pieces the integral of the squared covariant acceleration is stationary among the curves through the
+    points with these end conditions, as for cubic splines in flat space. All pieces are solved for at once, in time
+    linear in their number.
 
     Noakes, Heinzinger, Paden (1989); Crouch, Silva Leite (1995).
 
@@ -2487,7 +2590,7 @@ class CubicSpline(PiecewiseCurve):
     ) -> CubicSpline: ...
     @property
     def bc_type(self) -> _BcType:
-        """The end conditions, as given: a word, or a pair; arrays are read-only."""
+        """End conditions as given: a string or a pair; arrays are read-only."""
     def point_variation(
         self,
         t: ArrayLike,
@@ -2495,159 +2598,170 @@ class CubicSpline(PiecewiseCurve):
         dt: ArrayLike | None = None,
         dbc: tuple[ArrayLike | None, ArrayLike | None] | None = None,
     ) -> _Frames:
-        """How points of the spline change where its data do: implicit function theorem.
+        """Differentiate points of the spline with respect to its data, by the implicit function theorem.
 
-        On a :class:`Grassmann` variations are horizontal vectors at the bases of the curve, ``curve(t)`` at its knots, which are those
-        of ``S`` up to turns. A periodic curve comes back with its first basis turned by ``Q = curve(t[0])^H curve(t[-1])``.
+        On a :class:`Grassmann` variations are horizontal vectors at the bases of the curve at its knots, ``curve(t)``,
+        which differ from ``S`` by orthogonal matrices. At the end of a periodic curve the first basis returns
+        multiplied by ``Q = curve(t[0])^H curve(t[-1])``.
 
         Parameters
         ----------
         t : array_like, shape T
             Times.
         dS : array_like, shape (N, n, k)
-            Ambient derivatives of the points along a family of data: ``S.T @ dS`` is skew for each. With periodic ends the last
-            is the first, on a :class:`Grassmann` ``dS[-1] = dS[0] @ Q``.
+            Ambient derivatives of the points along a family of data: ``S.T @ dS`` is skew for each. With periodic ends
+            the last equals the first; on a :class:`Grassmann` ``dS[-1] = dS[0] @ Q``.
         dt : array_like, shape (N,), optional
-            Derivatives of the times; by default they stay.
+            Derivatives of the times of the knots; by default zero.
         dbc : pair of array_like, shape (n, k), or None, optional
-            Ambient derivatives of the vectors at the first and at the last knot, where ``bc_type`` gives one: ``S.T @ dV + dV.T @ S +
-            dS.T @ V + V.T @ dS`` vanishes. By default, and for None, zero: right for vectors that are zero, as with
-            ``"clamped"``, and stay so.
+            Ambient derivatives of the vectors in ``bc_type`` at the first and at the last knot:
+            ``S.T @ dV + dV.T @ S + dS.T @ V + V.T @ dS`` is zero. By default, and for None, zero; this is valid for
+            vectors that remain zero, as with ``"clamped"``.
 
         Returns
         -------
         ndarray, shape T + (n, k)
-            Ambient derivatives of the points at the times ``t``, which stay.
+            Ambient derivatives of the points at the fixed times ``t``.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, a variation that leaves the constraints (with the measured defect); a spline with
-            ``kind="geometric"``, or solved with so large a tolerance that it is off by more than 1e-6.
+            Wrong shape, non-finite entries, or a variation that violates the constraints (with the measured defect); a
+            spline with ``kind="geometric"``, or one solved with so large a tolerance that its error exceeds 1e-6.
         OutsideDomainError
-            The spline does not depend smoothly on its data, to 1e-11. ``angle`` is None.
+            The spline does not depend smoothly on its data, to 1e-11; ``angle`` is None.
 
         Notes
         -----
-        Exact derivatives, no differences: the accelerations at the ends of the pieces by points and velocities there, and a linear
-        system for the velocities, in time linear in the number of knots.
+        Derivatives are exact, not finite differences: they combine the derivatives of the accelerations at the ends of
+        the pieces with respect to points and velocities there, and a linear system for the velocities, in time linear
+        in the number of knots.
         """
     def point_pullback(
         self, t: ArrayLike, W: ArrayLike
     ) -> tuple[_Frames, _Array, tuple[_Frames | None, _Frames | None]]:
-        """Gradient with respect to the data of ``sum(W * curve(t))``: the transpose of :meth:`point_variation`.
+        """Return the gradient of ``sum(W * curve(t))`` with respect to the data.
+
+        The transpose of :meth:`point_variation`.
 
         Parameters
         ----------
         t : array_like, shape T
             Times.
         W : array_like, shape T + (n, k)
-            Derivatives of a function by the points of the curve there; any matrices.
+            Derivatives of a function with respect to the points ``curve(t)``; need not be tangent.
 
         Returns
         -------
         GS : ndarray, shape (N, n, k)
-            With respect to the points. With periodic ends that by the point at both ends is the sum of the first and the last, on a
-            :class:`Grassmann` ``GS[0] + GS[-1] Q^H`` with ``Q`` of :meth:`point_variation`.
+            With respect to the points. With periodic ends the gradient by the common end point is the sum of the first
+            and the last entry; on a :class:`Grassmann`, ``GS[0] + GS[-1] Q^H`` with the ``Q`` of
+            :meth:`point_variation`.
         Gt : ndarray, shape (N,)
             With respect to the times.
         Gbc : tuple
-            With respect to the vectors at the first and at the last knot, shape (n, k); None where ``bc_type`` gives none.
+            With respect to the vectors in ``bc_type`` at the first and at the last knot, shape (n, k); None if there is
+            none.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite; a spline with ``kind="geometric"``, or solved with so large a tolerance that it is off by more than
-            1e-6.
+            Wrong shape, non-finite entries; a spline with ``kind="geometric"``, or one solved with so large a tolerance
+            that its error exceeds 1e-6.
         OutsideDomainError
-            The spline does not depend smoothly on its data, to 1e-11. ``angle`` is None.
+            The spline does not depend smoothly on its data, to 1e-11; ``angle`` is None.
 
         Notes
         -----
-        ``sum(W * point_variation(t, dS, dt, dbc))`` is the sum of the products of these with the variations. One solution of the
-        linear system, whatever the number of times.
+        ``sum(W * point_variation(t, dS, dt, dbc))`` equals the sum of the products of the gradients with the
+        variations. Solves one linear system, whatever the number of times.
         """
     def cost_gradient(self) -> tuple[_Frames, _Array, tuple[_Frames | None, _Frames | None]]:
-        """Gradient of the cost with respect to points, times and end conditions.
+        """Return the gradient of the cost with respect to points, times and end conditions.
 
         Returns
         -------
         GS : ndarray, shape (N, n, k)
-            With respect to the points. With periodic ends that by the point at both ends is the sum of the first and the last, on a
-            :class:`Grassmann` ``GS[0] + GS[-1] Q^H`` with ``Q`` of :meth:`point_variation`.
+            With respect to the points. With periodic ends the gradient by the common end point is the sum of the first
+            and the last entry; on a :class:`Grassmann`, ``GS[0] + GS[-1] Q^H`` with the ``Q`` of
+            :meth:`point_variation`.
         Gt : ndarray, shape (N,)
             With respect to the times.
         Gbc : tuple
-            With respect to the vectors at the first and at the last knot, shape (n, k); None where ``bc_type`` gives none.
+            With respect to the vectors in ``bc_type`` at the first and at the last knot, shape (n, k); None if there is
+            none.
 
         Raises
         ------
         InvalidInputError
-            A spline with ``kind="geometric"``, or solved with so large a tolerance that it is off by more than 1e-6.
+            A spline with ``kind="geometric"``, or one solved with so large a tolerance that its error exceeds 1e-6.
         OutsideDomainError
-            An acceleration is given and the spline does not depend smoothly on its data, to 1e-11. ``angle`` is None.
+            ``bc_type`` gives an acceleration, and the spline does not depend smoothly on its data, to 1e-11; ``angle``
+            is None.
 
         Notes
         -----
-        By the first variation of the cost: no equation has to be solved unless ``bc_type`` gives an acceleration.
+        Uses the first variation of the cost; an equation has to be solved only if ``bc_type`` gives an acceleration.
         """
 
 @final
 class SmoothingSpline(PiecewiseCurve):
-    """Spline near points rather than through them: closeness to data against cost.
+    """Smoothing spline: a curve near data points that trades distance to the data against cost.
 
-    Makes ``sum_i weights[i] d(S(t[i]), S[i])^2 + lam J`` stationary, with the Riemannian distance ``d`` and the integral ``J`` of the
-    squared covariant acceleration.
+    Makes ``sum_i weights[i] d(S(t[i]), S[i])^2 + lam J`` stationary, where ``d`` is the Riemannian distance and ``J``
+    the integral of the squared covariant acceleration.
 
     Parameters
     ----------
     t : array_like, shape (N,)
-        Times in order; they may repeat.
+        Nondecreasing times.
     S : array_like, shape (N, n, k)
-        Data: points with orthonormal columns.
+        Data points with orthonormal columns.
     weights : array_like, shape (N,), optional
-        Positive; all 1 by default.
+        Positive weights; by default 1.
     lam : float, optional
-        Weight of the cost, 0 or more, in units of squared distance times the cube of a time; 0 is the natural spline through the
-        data, ``inf`` geodesic regression. By default the one that generalised cross-validation finds, for three points or more.
+        Weight of the cost, at least 0, in units of squared distance times the cube of time: 0 gives the natural spline
+        through the data, ``inf`` geodesic regression. By default chosen by generalised cross-validation, which needs at
+        least three points.
     extrapolate : bool, default False
-        Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
+        If True, the first and the last piece are continued outside ``[t[0], t[-1]]``; by default such times raise.
     tol : float, default 1e-11
-        The largest distance by which a piece may miss its knot, jump of the covariant acceleration, and lack of balance at a
-        knot, in the time of the piece.
+        Largest distance between the end of a piece and its knot, jump of the covariant acceleration, and imbalance of
+        the stationarity equations at a knot, with the duration of the piece as the unit of time.
     max_iterations : int, default 200
-        Steps at the most. More than 200 raise the limit of work, about two seconds, in proportion.
+        Largest number of steps. More than 200 raise the work limit, about two seconds, in proportion.
     num_threads : int, optional
-        Threads; by default those of the global pool.
+        Number of threads; by default the size of the global pool.
     manifold : Stiefel or Grassmann, optional
-        What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-        whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-        first given one on.
+        Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+        are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of bases that
+        start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
     w : array_like, optional
-        Another name of `weights`, which SciPy's functions have.
+        Alias of `weights`, as in SciPy.
     project : bool, default False
-        Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-        Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+        If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+        their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+        single precision are always projected.
 
     Raises
     ------
     InvalidInputError
-        Shapes or numbers that do not match, not finite, times that fall, weights that are not positive, not orthonormal (with the
-        measured defect). Names the knot, counted by distinct times, and carries it as ``knot``.
+        Mismatched shapes or lengths, non-finite entries, decreasing times, weights that are not positive, points not
+        orthonormal (with the measured defect). Names the knot, counted by distinct times; carries ``knot``.
     OutsideDomainError
-        Neighbours that no curve joins; carries ``knot``, the first of the two, and ``angle``.
+        No curve joins two consecutive points; carries ``knot``, the index of the first, and ``angle``.
     ConvergenceError
-        No spline is found; carries ``report``.
+        No spline was found; carries ``report``.
     TypeError
-        Complex times, dates and durations.
+        ``t`` is complex, or holds dates or durations.
 
     See Also
     --------
-    CubicSpline : through the points.
+    CubicSpline : curve through the points.
 
     Notes
     -----
-    ``t`` are the distinct times, ``points`` the points of the curve there.
+    The attribute ``t`` holds the distinct times, ``points`` the points of the curve at these times.
 
     Reinsch (1967) in flat space; Samir, Absil, Srivastava, Klassen (2012) on manifolds; Craven, Wahba (1979) for
     cross-validation.
@@ -2680,46 +2794,47 @@ class SmoothingSpline(PiecewiseCurve):
     ) -> SmoothingSpline: ...
     @property
     def lam(self) -> float:
-        """The weight of the cost, given or found."""
+        """Weight of the cost, as given or as found by cross-validation."""
     @property
     def misfit(self) -> float:
-        """``sum_i weights[i] d(S(t[i]), S[i])^2``."""
+        """Weighted sum of squared distances to the data, ``sum_i weights[i] d(S(t[i]), S[i])^2``."""
     @property
     def degrees_of_freedom(self) -> float:
-        """How many data the curve could follow, between 2 and their number: the trace of the influence matrix of the smoothing
-        spline in flat space.
+        """Effective number of degrees of freedom, between 2 and the number of data.
+
+        The trace of the influence matrix of the smoothing spline in flat space.
         """
 
 @final
 class RotationCurve:
-    """Curve of rotations in unit quaternions: the form in which :class:`RotationSpline` evaluates.
+    """Curve of rotations as unit quaternions: the form that :class:`RotationSpline` evaluates.
 
     Parameters
     ----------
     t : array_like, shape (N,)
-        Times, increasing, two or more, in seconds.
+        At least two increasing times, in seconds.
     quaternions : array_like, shape (N, 4)
-        Rotations as quaternions, scalar last, of any length but zero.
+        Rotations as quaternions, scalar last, of any nonzero length.
     bc_type : str or pair, default "natural"
-        ``"natural"``, ``"clamped"``, ``"periodic"`` or a pair of ends, each ``"natural"``, ``"clamped"``, ``(1, w)`` with a body rate
-        in rad/s or ``(2, a)`` with its derivative in rad/s^2, of shape (3,).
+        ``"natural"``, ``"clamped"``, ``"periodic"`` or a pair of end conditions, each ``"natural"``, ``"clamped"``,
+        ``(1, w)`` with a body rate in rad/s or ``(2, a)`` with its derivative in rad/s^2, of shape (3,).
     tol : float, default 1e-12
-        As of :class:`CubicSpline`.
+        As for :class:`CubicSpline`.
     max_iterations : int, default 200
-        As of :class:`CubicSpline`.
+        As for :class:`CubicSpline`.
     tension : float, default 0.0
-        As of :class:`CubicSpline`, in 1/s^2.
+        As for :class:`CubicSpline`, in 1/s^2.
     num_threads : int, optional
-        Threads; by default those of the global pool.
+        Number of threads; by default the size of the global pool.
 
     Raises
     ------
     InvalidInputError
-        Shapes that do not match, not finite, a quaternion of length zero, times that do not increase.
+        Mismatched shapes, non-finite entries, a quaternion of length zero, times that do not increase.
     OutsideDomainError
-        Neighbours half a turn apart; carries ``knot``, the first of the two, and ``angle``.
+        Two consecutive rotations are half a turn apart; carries ``knot``, the index of the first, and ``angle``.
     ConvergenceError
-        No spline is found; carries ``report``.
+        No spline was found; carries ``report``.
 
     Examples
     --------
@@ -2745,24 +2860,24 @@ class RotationCurve:
     ) -> RotationCurve: ...
     @staticmethod
     def of_curve(curve: CubicSpline | SmoothingSpline | CubicHermite, start: ArrayLike | None = None) -> RotationCurve:
-        """The quaternion form of a curve of Riemannian cubics on ``St(3, 3)``.
+        """Convert a curve of Riemannian cubics on ``St(3, 3)`` to quaternion form.
 
         Parameters
         ----------
         curve : CubicSpline, CubicHermite or SmoothingSpline
-            Of ``kind="riemannian"``, of rotation matrices.
+            A curve of rotation matrices with ``kind="riemannian"``.
         start : array_like, shape (4,), optional
-            A quaternion near that of the first knot, scalar last: the sign there is that of `start`.
+            Quaternion near the rotation at the first knot, scalar last: fixes the sign of the quaternions.
 
         Raises
         ------
         InvalidInputError
-            A curve of another kind or on another manifold, or one of reflections.
+            The curve is of another kind or on another manifold, or its matrices have determinant -1.
 
         Returns
         -------
         RotationCurve
-            Beyond its ends the end pieces go on, also where ``curve`` refuses such times.
+            The end pieces are continued beyond the first and the last knot, even if ``curve`` raises for such times.
         """
     @staticmethod
     def batch(
@@ -2775,18 +2890,18 @@ class RotationCurve:
         tension: float = 0.0,
         num_threads: int | None = None,
     ) -> list[RotationCurve]:
-        """Many curves at once, on several threads.
+        """Construct many curves at once, on several threads.
 
         Parameters
         ----------
         t : array_like, shape (N,) or (M, N)
-            Times in seconds, of all curves or of each.
+            Times in seconds, shared by all curves or one row per curve.
         quaternions : array_like, shape (M, N, 4)
             Rotations as quaternions, scalar last.
         bc_type : str or pair, default "natural"
-            As of the class, of every member.
+            As for the class; the same for all curves.
         tol, max_iterations, tension, num_threads
-            As of the class.
+            As for the class.
 
         Returns
         -------
@@ -2795,30 +2910,30 @@ class RotationCurve:
         Raises
         ------
         InvalidInputError, OutsideDomainError, ConvergenceError
-            As of the class, of the first member that fails; names the member.
+            As for the class, for the first curve that fails; the message names it.
         """
     def quaternions(self, t: ArrayLike) -> _Array:
-        """Unit quaternions at times.
+        """Evaluate unit quaternions at times.
 
         Parameters
         ----------
         t : array_like, shape (T,)
-            Times in seconds; beyond the keyframes the end pieces go on.
+            Times in seconds; the end pieces are continued beyond the keyframes.
 
         Returns
         -------
         ndarray, shape (T, 4)
-            Scalar last, continuous in `t`; at the first keyframe the given one, made a unit quaternion.
+            Scalar last, continuous in `t`; at the first keyframe equal to the given one, normalised.
         """
     def rates(self, t: ArrayLike, order: int) -> _Array:
-        """Body rates at times, or derivatives of them.
+        """Evaluate body rates at times, or their derivatives.
 
         Parameters
         ----------
         t : array_like, shape (T,)
-            Times in seconds; beyond the keyframes the end pieces go on.
+            Times in seconds; the end pieces are continued beyond the keyframes.
         order : int
-            1, 2 or 3: the body rate ``w`` in rad/s, its derivative in rad/s^2, its second derivative in rad/s^3.
+            1, 2 or 3: body rate in rad/s, its first derivative in rad/s^2, its second derivative in rad/s^3.
 
         Returns
         -------
@@ -2831,28 +2946,28 @@ class RotationCurve:
         """The same curve on ``St(3, 3)``."""
     @property
     def t(self) -> _Array:
-        """The times of the keyframes in seconds; read-only, shape (N,)."""
+        """Times of the keyframes in seconds; read-only, shape (N,)."""
     @property
     def report(self) -> SolverReport | None:
-        """How the spline was solved for."""
+        """Outcome of the solver."""
 
 @final
 class ShootingResult:
-    """A discrete trajectory that meets its boundary data."""
+    """Discrete trajectory with given ends, found by :meth:`Chart.shoot`."""
 
     @property
     def trajectory(self) -> _Array:
-        """The states, shape (steps + 1, 4 d)."""
+        """States, shape (steps + 1, 4 d)."""
     @property
     def momenta(self) -> tuple[_Array, _Array]:
-        """The initial momenta ``(p_q, p_qdot)``, each of shape (d,)."""
+        """Initial momenta ``(p_q, p_qdot)``, each of shape (d,)."""
     @property
     def report(self) -> SolverReport:
-        """How the search ended."""
+        """Outcome of the solver."""
 
 @final
 class ChartTrajectory:
-    """A curve that passes from chart to chart, at times of shape ``T``; ``(steps + 1,)`` for a discrete trajectory."""
+    """Curve across charts, at times of shape ``T``; ``(steps + 1,)`` for a discrete trajectory."""
 
     @property
     def point(self) -> _Array:
@@ -2868,23 +2983,23 @@ class ChartTrajectory:
         """Covariant jerks, shape T + (3, k)."""
     @property
     def energy(self) -> _Array:
-        """The Hamiltonian, shape T."""
+        """Hamiltonian, shape T."""
     @property
     def momentum(self) -> _Array:
-        """Momentum of the rotations of space about the three axes, which a Riemannian cubic keeps, shape T + (3,)."""
+        """Momentum of rotations of space about the three axes, conserved along a Riemannian cubic, shape T + (3,)."""
     @property
     def states(self) -> _Array:
-        """``(q, qdot, p_q, p_qdot)`` of the rotated point ``rotations @ point`` in the chart, shape T + (4 d,)."""
+        """States ``(q, qdot, p_q, p_qdot)`` of the points ``rotations @ point`` in the chart, shape T + (4 d,)."""
     @property
     def rotations(self) -> _Array:
-        """Which of the three charts: a cyclic permutation of the axes, the identity for the chart itself, shape T + (3, 3)."""
+        """Chart of each point as a cyclic permutation of the axes, shape T + (3, 3); identity: the original chart."""
     @property
     def transitions(self) -> list[int]:
-        """The positions, in C order, at which the chart is another than before."""
+        """Indices, in C order, at which the chart differs from the one before."""
 
 @final
 class CubicTrajectory:
-    """A discrete trajectory of a Riemannian cubic. Its arrays are read-only."""
+    """Discrete trajectory of a Riemannian cubic; its arrays are read-only."""
 
     @property
     def t(self) -> _Array:
@@ -2903,14 +3018,16 @@ class CubicTrajectory:
         """Covariant jerks, shape (steps + 1, n, k)."""
     @property
     def energy(self) -> _Array:
-        """The Hamiltonian ``|A|^2 / 2 - <J, V>`` in the canonical metric, shape (steps + 1,)."""
+        """Hamiltonian ``|A|^2 / 2 - <J, V>`` in the canonical metric, shape (steps + 1,)."""
     @property
     def momentum_drift(self) -> float:
-        """Largest deviation of the spatial momentum from its start: ``|A|^2 = tr(A^T A) / 2``."""
+        """Largest deviation of the spatial momentum from its initial value, in the norm ``|A|^2 = tr(A^T A) / 2``."""
     @property
     def constraint_drift(self) -> float:
-        """Largest violation of the constraints: of ``mu_h = [x, p]_h`` in the same norm for `integrate_cubic`; of ``S^T S = I``
-        and of skew ``S^T V``, ``S^T p_S`` and ``S^T p_V``, Frobenius norm, for `integrate_embedded`.
+        """Largest violation of the constraints.
+
+        For `integrate_cubic`, of ``mu_h = [x, p]_h`` in the norm of `momentum_drift`. For `integrate_embedded`, of
+        ``S^T S = I`` and of the skew symmetry of ``S^T V``, ``S^T p_S`` and ``S^T p_V``, Frobenius norm.
         """
     def __copy__(self) -> CubicTrajectory: ...
     def __deepcopy__(self, _memo: object) -> CubicTrajectory: ...
@@ -2927,12 +3044,13 @@ def solve_boundary(
     manifold: Stiefel | Grassmann | None = None,
     project: bool = False,
 ) -> BoundaryBatch:
-    """Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
+    """Solve for Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
 
-    Each is that of :meth:`RiemannianCubic.from_boundary`, up to ``tol``. Points with up to three rows, and displacement and
-    speeds up to 2, are solved for eight abreast, where a solution depends, within ``tol``, on which problems stand beside
-    it; the others, and those that this does not solve, one by one. On a :class:`Grassmann` all are solved one by one, to the last
-    bit as by :meth:`RiemannianCubic.from_boundary`.
+    Each solution agrees with :meth:`RiemannianCubic.from_boundary` up to ``tol``. Problems with at most three rows, and
+    with displacement and speeds at most 2, are solved in groups of eight; within ``tol`` their solutions depend on the
+    other problems in the group. The remaining problems, and those that this does not solve, are solved one by one. On a
+    :class:`Grassmann` all are solved one by one, with the same result to the last bit as
+    :meth:`RiemannianCubic.from_boundary`.
 
     Parameters
     ----------
@@ -2941,37 +3059,38 @@ def solve_boundary(
     S1, V1 : array_like, shape (..., n, k)
         Final points and velocities.
     tol : float, default 1e-12
-        The largest distance of the end from ``S1`` and ``V1``, as in :meth:`RiemannianCubic.from_boundary`.
+        Largest error of end point and end velocity, as in :meth:`RiemannianCubic.from_boundary`.
     max_iterations : int, default 50
-        Newton steps for one problem, as there.
+        Largest number of Newton steps per problem, as in :meth:`RiemannianCubic.from_boundary`.
     num_threads : int, optional
-        Threads; by default those of the global pool. Results are the same for any number.
+        Number of threads; by default the size of the global pool. Results do not depend on it.
     manifold : Stiefel or Grassmann, optional
-        What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-        whichever; vectors, and the results, are horizontal, ``Y^T V = 0``.
+        Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+        are arbitrary bases of subspaces; vectors and results are horizontal, ``Y^T V = 0``.
     project : bool, default False
-        Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-        Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+        If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+        their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+        single precision are always projected.
 
     Returns
     -------
     BoundaryBatch
-        Named tuple of ``acceleration`` and ``jerk``, covariant, at ``S0``, shape (..., n, k); ``cost``, the integral of the
-        squared covariant acceleration, ``converged`` and ``residual``, shape (...). Where a problem is not solved,
-        ``converged`` is False, ``residual`` what the nearest end was off, and the others NaN.
+        Named tuple of ``acceleration`` and ``jerk``, covariant, at ``S0``, shape (..., n, k); ``cost``, the integral of
+        the squared covariant acceleration, ``converged`` and ``residual``, shape (...). For a problem that is not
+        solved, ``converged`` is False, ``residual`` is the smallest error at the end, and the other fields are NaN.
 
     Raises
     ------
     InvalidInputError
-        Shape, not finite, not orthonormal, not tangent (with the measured defect and the member of the batch), ``tol`` not
-        between 1e-15 and 0.1, ``max_iterations`` less than 1.
+        Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect and the
+        member of the batch), ``tol`` not between 1e-15 and 0.1, ``max_iterations`` less than 1.
     OutsideDomainError
-        Points in different components of O(n); subspaces with a principal angle of pi/2 between them.
+        Points in different components of O(n), or subspaces with a principal angle of pi/2 between them.
 
     See Also
     --------
-    RiemannianCubic.from_initial : the curve from ``S0, V0, acceleration, jerk``.
-    stiefel_rs.dask.solve_boundary : batches that do not fit into memory, and more fields.
+    RiemannianCubic.from_initial : curve from ``S0, V0, acceleration, jerk``.
+    stiefel_rs.dask.solve_boundary : batches larger than memory, with more fields.
 
     Examples
     --------
@@ -3000,54 +3119,55 @@ def estimate_velocities(
     manifold: Stiefel | Grassmann | None = None,
     project: bool = False,
 ) -> _Frames:
-    """Velocities of a smooth curve at its knots, from the points alone.
+    """Estimate the velocities of a smooth curve at its knots, from the points alone.
 
     Parameters
     ----------
     t : array_like, shape (N,)
-        Times, increasing, two or more.
+        At least two increasing times.
     S : array_like, shape (N, n, k)
         Points with orthonormal columns.
     method : "catmull-rom", "akima" or "natural", default "catmull-rom"
-        ``"catmull-rom"``, the parabola through three neighbours. ``"akima"``, a mean of the slopes on both sides that
-        does not overshoot beside jumps and at rest (weights of SciPy's ``method="makima"``). ``"natural"``, the
-        velocities of the natural cubic spline in tangent spaces.
+        ``"catmull-rom"``, the parabola through three neighbours. ``"akima"``, a weighted mean of the slopes on both
+        sides that does not overshoot next to jumps and rests (weights of SciPy's ``method="makima"``). ``"natural"``,
+        the velocities of the natural cubic spline in tangent spaces.
     closed : bool, default False
-        Whether the curve is closed: the last point is the first one, and so is its velocity.
+        Whether the curve is closed: the last point and velocity equal the first.
     num_threads : int, optional
-        Threads; by default those of the global pool.
+        Number of threads; by default the size of the global pool.
     manifold : Stiefel or Grassmann, optional
-        What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-        whichever, and the last one of a closed curve is any basis of the first subspace.
+        Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+        are arbitrary bases of subspaces, and the last point of a closed curve is any basis of the first subspace.
     project : bool, default False
-        Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-        Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+        If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+        their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+        single precision are always projected.
 
     Returns
     -------
     ndarray, shape (N, n, k)
-        Tangent vectors at the points, per unit of ``t``. On a :class:`Grassmann` they are horizontal at the given bases: a basis that is
-        turned turns its own velocity, and no other.
+        Tangent vectors at the points, per unit of ``t``. On a :class:`Grassmann` they are horizontal at the given
+        bases: changing the basis of one point changes the matrix of its own velocity only.
 
     Raises
     ------
     InvalidInputError
-        Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal (with the
-        measured defect), ends that do not close; carries ``knot``.
+        Mismatched shapes or numbers of knots, non-finite entries, times that do not increase, points not orthonormal
+        (with the measured defect), closed data that do not close; carries ``knot``.
     OutsideDomainError
-        Neighbours that no quasi-geodesic joins, or subspaces with a principal angle of pi/2 between them; carries ``knot``, the first of
-        the two, and ``angle``.
+        No quasi-geodesic joins two consecutive points, or two consecutive subspaces have a principal angle of pi/2;
+        carries ``knot``, the index of the first, and ``angle``.
     TypeError
-        Complex times, dates and durations.
+        ``t`` is complex, or holds dates or durations.
 
     See Also
     --------
-    CubicHermite : the curve through points with velocities; takes the name of a method for them.
+    CubicHermite : curve through points with velocities; also accepts the name of a method.
 
     Notes
     -----
-    The formulas of flat space in tangent spaces; quasi-geodesics between neighbours carry vectors from knot to knot, of subspaces
-    geodesics. On the circle exactly those for the angle.
+    The formulas of flat space are applied in tangent spaces. Quasi-geodesics between neighbours, for subspaces
+    geodesics, carry vectors from knot to knot. On the circle the result equals the formulas applied to the angle.
 
     Examples
     --------
@@ -3073,30 +3193,31 @@ def integrate_cubic(
     manifold: Stiefel | Grassmann | None = None,
     project: bool = False,
 ) -> CubicTrajectory:
-    """The Riemannian cubic with the given initial data, by equal steps of an explicit symplectic splitting.
+    """Integrate a Riemannian cubic with given initial data, by equal steps of an explicit symplectic splitting.
 
-    Any shape, no chart, no equation to solve: each step is a sequence of exact flows. Points stay orthonormal, spatial
-    momentum and constraint conserved, to round-off; the energy has no drift.
+    Works for any n and k, without charts and without solving equations: each step is a sequence of exact flows.
+    Orthonormality, spatial momentum and the constraint are preserved to round-off; the energy does not drift.
 
     Parameters
     ----------
     S, V, A, J : array_like, shape (n, k)
-        Point, and velocity, covariant acceleration and covariant jerk at it.
+        Point, velocity, covariant acceleration and covariant jerk at ``t = 0``.
     steps : int
-        Equal steps over ``[0, t_end]``, at least 1.
+        Number of equal steps over ``[0, t_end]``, at least 1.
     t_end : float, default 1.0
-        Negative to run backwards, not zero.
+        End time, not zero; negative to integrate backwards.
     order : {2, 4, 6, 8}, default 6
-        Order of the method: 1, 4, 5 or 12 exponentials per step; in tension 1, 5, 9 or 17.
+        Order of the method, with 1, 4, 5 or 12 exponentials per step; with tension 1, 5, 9 or 17.
     tension : float, default 0.0
-        As in :meth:`RiemannianCubic.from_initial`.
+        As for :meth:`RiemannianCubic.from_initial`.
     manifold : Stiefel or Grassmann, optional
-        What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-        whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-        first given one on.
+        Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+        are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of bases that
+        start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
     project : bool, default False
-        Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-        Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+        If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+        their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+        single precision are always projected.
 
     Returns
     -------
@@ -3105,14 +3226,15 @@ def integrate_cubic(
     Raises
     ------
     InvalidInputError
-        Shape, not finite, not orthonormal, not tangent, ``steps < 1``, ``t_end`` zero, unknown order, ``tension`` out of
-        range, an exponential by more than 100 radians where ``n > 3``, a result too large for a number.
+        Wrong shape, non-finite entries, points not orthonormal, vectors not tangent, ``steps < 1``, ``t_end`` zero,
+        unknown order, ``tension`` out of range, an exponential that turns by more than 100 radians if ``n > 3``, a
+        result that overflows.
 
     Notes
     -----
-    ``H = <mu, x> + |p|^2 / 2 - tension |x|^2 / 2`` on the cotangent bundle of ``SO(n) x m`` (Crouch, Silva Leite 1995), split into its two
-    terms. Compositions of order 4, 6 and 8 made for such splittings; the Rust documentation of ``SplittingOrder`` has
-    their error constants.
+    The Hamiltonian ``H = <mu, x> + |p|^2 / 2 - tension |x|^2 / 2`` on the cotangent bundle of ``SO(n) x m`` (Crouch,
+    Silva Leite 1995) is split into two terms. The compositions of order 4, 6 and 8 are designed for such splittings;
+    the Rust documentation of ``SplittingOrder`` lists their error constants.
 
     Examples
     --------
@@ -3140,20 +3262,21 @@ def integrate_embedded(
 ) -> CubicTrajectory:
     """Integrate a Riemannian cubic by equal steps of a symplectic method in the embedding.
 
-    The phase space is the paper's, ``T*(TSt(n, k))``, as a submanifold of four copies of the ``n x k`` matrices: any
-    shape, no chart. Order 2. ``S^T S = I``, ``S^T V + V^T S = 0``, the momentum constraints and the spatial momentum hold
-    to round-off, the energy has no drift. `integrate_cubic` solves no equation: it is faster, and its errors are smaller.
+    The phase space is that of arXiv 2404.19407, ``T*(TSt(n, k))``, as a submanifold of four copies of the ``n x k``
+    matrices; any n and k, without charts. The order is 2. ``S^T S = I``, ``S^T V + V^T S = 0``, the momentum
+    constraints and the spatial momentum hold to round-off, and the energy does not drift. :func:`integrate_cubic` does
+    not solve equations; it is faster and more accurate.
 
     Parameters
     ----------
     S, V, A, J : array_like, shape (n, k)
-        Point, and velocity, covariant acceleration and covariant jerk at it.
+        Point, velocity, covariant acceleration and covariant jerk at ``t = 0``.
     steps : int
-        Equal steps over ``[0, t_end]``, at least 1.
+        Number of equal steps over ``[0, t_end]``, at least 1.
     t_end : float, default 1.0
-        Negative to run backwards, not zero.
+        End time, not zero; negative to integrate backwards.
     map : {"midpoint"}, default "midpoint"
-        Discretization map of the ambient space, ``R_d(q, v) = (q - v/2, q + v/2)``. Its cotangent lift keeps
+        Discretization map of the ambient space, ``R_d(q, v) = (q - v/2, q + v/2)``. Its cotangent lift preserves
         quadratic constraints.
     project : bool, default False
         As for :func:`integrate_cubic`.
@@ -3165,18 +3288,18 @@ def integrate_embedded(
     Raises
     ------
     InvalidInputError
-        Shape, not finite, not orthonormal, not tangent, ``steps < 1``, ``t_end`` zero, unknown map, a result too large
-        for a number.
+        Wrong shape, non-finite entries, points not orthonormal, vectors not tangent, ``steps < 1``, ``t_end`` zero,
+        unknown map, a result that overflows.
     ConvergenceError
-        A step is too long for its implicit equations; carries ``report``.
+        A step is too long for its implicit equations to be solved; carries ``report``.
 
     Notes
     -----
     ``H = <p_S S^T + p_V V^T, X> + |p_V S^T - S p_V^T|^2 / 4`` with ``X = V S^T - S V^T - S (S^T V - V^T S) S^T / 2``,
-    Frobenius products. A step is the implicit midpoint rule of the ambient space, after which multiples of the gradients
-    of the constraints make ``S^T p_S`` and ``S^T p_V`` skew. arXiv 2404.19407 names such a method as future work;
-    discretization maps: Barbero-Linan, Martin de Diego (2023); constraints: Jay (1996), Hairer, Lubich, Wanner (2006),
-    section VII.1.4.
+    Frobenius products. A step is the implicit midpoint rule of the ambient space; then multiples of the gradients of
+    the constraints are added to make ``S^T p_S`` and ``S^T p_V`` skew. arXiv 2404.19407 names such a method as future
+    work. Discretization maps: Barbero-Linan, Martin de Diego (2023); constraints: Jay (1996), Hairer, Lubich, Wanner
+    (2006), section VII.1.4.
 
     Examples
     --------
@@ -3193,19 +3316,19 @@ def integrate_embedded(
 
 @final
 class Chart:
-    """A chart of the paper: ``Chart.sphere()`` for St(3,1), ``Chart.frame()`` for St(3,2).
+    """Coordinate chart of arXiv 2404.19407: ``Chart.sphere()`` for St(3,1), ``Chart.frame()`` for St(3,2).
 
     Coordinates ``q`` have ``d`` entries: ``(theta, phi)`` or ``(theta, phi, psi)``, radians, ``0 < theta < pi``. A
     state is ``z = (q, qdot, p_q, p_qdot)``, shape ``(..., 4 d)``; leading axes are batches and broadcast.
 
     Notes
     -----
-    arXiv 2404.19407, sections on St(3,1) and St(3,2). The Hamiltonian of the frame chart follows from
-    the canonical metric; unlike the paper's longer form it does not divide by ``cos(theta)``.
+    See the sections of arXiv 2404.19407 on St(3,1) and St(3,2). The Hamiltonian of the frame chart is derived from the
+    canonical metric; unlike the longer form in the paper it does not divide by ``cos(theta)``.
 
     Examples
     --------
-    The paper's curve on the sphere, and its end after 100 mid-point steps:
+    A curve of the paper on the sphere, and its end after 100 midpoint steps:
 
     >>> import numpy as np
     >>> from stiefel_rs import Chart
@@ -3222,11 +3345,12 @@ class Chart:
 
     @staticmethod
     def sphere() -> Chart:
-        """The sphere St(3,1): ``(theta, phi)``, metric ``diag(1, sin(theta)^2)``."""
+        """Return the chart of the sphere St(3,1): ``(theta, phi)``, metric ``diag(1, sin(theta)^2)``."""
     @staticmethod
     def frame() -> Chart:
-        """The 2-frames St(3,2): ``(theta, phi, psi)``, the canonical metric
-        ``dtheta^2 + dphi^2 + dpsi^2 + 2 cos(theta) dphi dpsi``.
+        """Return the chart of the 2-frames St(3,2): ``(theta, phi, psi)``, with the canonical metric.
+
+        The metric is ``dtheta^2 + dphi^2 + dpsi^2 + 2 cos(theta) dphi dpsi``.
         """
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
@@ -3236,19 +3360,21 @@ class Chart:
         """Dimension of the chart, 2 or 3."""
     @property
     def k(self) -> int:
-        """Columns of an embedded point, 1 or 2."""
+        """Number of columns of an embedded point, 1 or 2."""
     def embed(self, q: ArrayLike) -> _Array:
-        """The point of coordinates ``q``, shape (..., d) -> (..., 3, k).
+        """Return the points with coordinates ``q``: shape (..., d) -> (..., 3, k).
 
         Raises
         ------
         OutsideDomainError
-            Unless ``0 < theta < pi``; carries ``angle``. The same holds for every method.
+            ``theta`` is not in ``(0, pi)``; carries ``angle``. The same holds for every method.
         """
     def embed_velocity(self, q: ArrayLike, qdot: ArrayLike) -> _Array:
-        """The velocity of coordinates ``q``, ``qdot``, shapes (..., d) -> (..., 3, k)."""
+        """Return the ambient velocities for coordinates ``q`` and rates ``qdot``: shape (..., d) -> (..., 3, k)."""
     def momenta(self, q: ArrayLike, qdot: ArrayLike, qddot: ArrayLike, qdddot: ArrayLike) -> tuple[_Array, _Array]:
-        """Momenta ``(p_q, p_qdot)`` of a curve from its coordinate derivatives up to the third, all of shape (..., d).
+        """Return the momenta ``(p_q, p_qdot)`` of a curve from its coordinate derivatives up to the third.
+
+        All arrays have shape (..., d).
 
         Notes
         -----
@@ -3256,51 +3382,52 @@ class Chart:
         ``p_q[i] = 2 Gamma[k, i, j] qdot[j] p_qdot[k] - d/dt p_qdot[i]``.
         """
     def derivatives(self, z: ArrayLike) -> tuple[_Array, _Array, _Array, _Array]:
-        """Coordinate derivatives ``(q, qdot, qddot, qdddot)`` of the curve through a state, each of shape (..., d)."""
+        """Return the coordinate derivatives ``(q, qdot, qddot, qdddot)`` of a state, each of shape (..., d)."""
     def hamiltonian(self, z: ArrayLike) -> _Array:
-        """The Hamiltonian, shape (..., 4 d) -> (...)."""
+        """Evaluate the Hamiltonian, shape (..., 4 d) -> (...)."""
     def gradient(self, z: ArrayLike) -> _Array:
-        """The exact gradient of the Hamiltonian, shape (..., 4 d)."""
+        """Evaluate the exact gradient of the Hamiltonian, shape (..., 4 d)."""
     def hessian(self, z: ArrayLike) -> _Array:
-        """The exact Hessian of the Hamiltonian, shape (..., 4 d, 4 d)."""
+        """Evaluate the exact Hessian of the Hamiltonian, shape (..., 4 d, 4 d)."""
     def state(self, S: ArrayLike, V: ArrayLike, A: ArrayLike, J: ArrayLike) -> _Array:
-        """The state of the cubic with the given point, velocity, covariant acceleration and covariant jerk.
+        """Return the state of the cubic with the given point, velocity, covariant acceleration and covariant jerk.
 
         Parameters
         ----------
         S, V, A, J : array_like, shape (3, k)
-            A point and three tangent vectors.
+            Point, velocity, covariant acceleration and covariant jerk.
 
         Returns
         -------
         ndarray, shape (4 d,)
-            ``(q, qdot, p_q, p_qdot)``, angles in ``[-pi, pi]``.
+            State ``(q, qdot, p_q, p_qdot)``, angles in ``[-pi, pi]``.
 
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent (with the measured defect).
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect).
         OutsideDomainError
-            The first column of ``S`` is a pole of the chart. `integrate_across` and `reference_across` take it.
+            The first column of ``S`` is a pole of the chart; :meth:`integrate_across` and :meth:`reference_across`
+            accept it.
 
         Notes
         -----
         ``p_qdot[i] = <d_i S, A>`` and ``p_q[i] = Gamma[k, i, j] qdot[j] p_qdot[k] - <d_i S, J>``.
         """
     def covariant(self, z: ArrayLike) -> tuple[_Array, _Array, _Array, _Array]:
-        """Point, velocity, covariant acceleration and covariant jerk ``(S, V, A, J)`` of a state: the inverse of `state`.
+        """Return point, velocity, covariant acceleration and covariant jerk ``(S, V, A, J)`` of a state.
 
-        Shape (..., 4 d) -> four of shape (..., 3, k).
+        The inverse of :meth:`state`. Shape (..., 4 d) -> four arrays of shape (..., 3, k).
         """
     def discretize(self, x: ArrayLike, v: ArrayLike, map: _Map = "initial_point") -> _Array:
-        """The two points of a discretization map of the tangent bundle.
+        """Evaluate a discretization map of the tangent bundle: two points for each vector.
 
         Parameters
         ----------
         x, v : array_like, shape (..., 2 d)
-            A position with its velocity, ``(q, qdot)``, and the vector ``(dq, dqdot)``.
+            A position with its velocity, ``(q, qdot)``, and a vector ``(dq, dqdot)`` at it.
         map : str, default "initial_point"
-            As for `integrate`.
+            As for :meth:`integrate`.
 
         Returns
         -------
@@ -3316,7 +3443,7 @@ class Chart:
         *,
         order: _Order | None = None,
     ) -> _Array:
-        """The symplectic one-step method of a discretization map.
+        """Integrate by the symplectic one-step method of a discretization map.
 
         ==========================  =========================================================================  =====
         map                         ``R_d(x, v)``, ``x = (q, qdot)``                                           order
@@ -3325,26 +3452,29 @@ class Chart:
         "midpoint"                  ``(x - v/2, x + v/2)``                                                     2
         "exponential"               ``(x, rho(x, v))``, ``rho`` the Riemannian exponential, lifted             1
         "exponential_midpoint"      ``(rho(x, -v/2), rho(x, v/2))``                                            2
-        "cayley"                    with the Cayley retraction                                                 1
-        "cayley_midpoint"           the same                                                                   2
-        "quasi_geodesic"            with the paper's quasi-geodesics; on the sphere they are the geodesics     1
-        "quasi_geodesic_midpoint"   the same                                                                   2
+        "cayley"                    as "exponential", with the Cayley retraction                               1
+        "cayley_midpoint"           as "exponential_midpoint", with the Cayley retraction                      2
+        "quasi_geodesic"            as "exponential", with quasi-geodesics; the same on the sphere             1
+        "quasi_geodesic_midpoint"   as "exponential_midpoint", with quasi-geodesics; the same on the sphere    2
         ==========================  =========================================================================  =====
 
-        The methods of a retraction commute with the rotations of space and keep the momentum of all three.
+        The maps of a retraction (all but the first two) commute with rotations of space, so that all three components
+        of the momentum are conserved.
 
         Parameters
         ----------
         z0 : array_like, shape (..., 4 d)
             Initial state.
         steps : int
-            Equal steps over ``[0, t_end]``, at least 1.
+            Number of equal steps over ``[0, t_end]``, at least 1.
         t_end : float, default 1.0
+            End time.
         map : str, default "initial_point"
-            One of the table.
+            A map from the table.
         order : int, optional
-            Order of the method: by default that of the map. 2, 4, 6 and 8 compose a step from 1, 5, 9 and 17 shorter
-            ones; with a map of order 1 each of them is a half step of its adjoint and a half step of itself.
+            Order of the method; by default the order of the map. Orders 2, 4, 6 and 8 compose each step of 1, 5, 9 and
+            17 shorter ones; with a map of order 1 each shorter step is a half step of the adjoint method followed by a
+            half step of the method.
 
         Returns
         -------
@@ -3353,15 +3483,15 @@ class Chart:
         Raises
         ------
         InvalidInputError
-            Not finite, ``steps < 1``, unknown map or order.
+            Non-finite entries, ``steps < 1``, unknown map or order.
         OutsideDomainError
             The trajectory leaves the chart; carries ``angle``.
         ConvergenceError
-            A step is too large for its implicit equations; carries ``report``.
+            A step is too long for its implicit equations to be solved; carries ``report``.
 
         Notes
         -----
-        arXiv 2404.19407, from the cotangent lift of the discretization map (Barbero-Linan, Martin de Diego 2023).
+        arXiv 2404.19407, by the cotangent lift of the discretization map (Barbero-Linan, Martin de Diego 2023).
         """
     def integrate_across(
         self,
@@ -3375,21 +3505,23 @@ class Chart:
         *,
         order: _Order | None = None,
     ) -> ChartTrajectory:
-        """The discrete trajectory across charts: as `integrate`, with no pole in the way.
+        """Integrate as :meth:`integrate` does, changing charts to avoid their poles.
 
-        A state with ``sin(theta) < 1/2`` moves before its next step to another chart by a cyclic permutation of the
-        axes, an isometry, and its cotangent lift: the method stays symplectic.
+        A state with ``sin(theta) < 1/2`` is moved to another chart before its next step, by a cyclic permutation of the
+        axes, which is an isometry, and its cotangent lift; so the method remains symplectic.
 
         Parameters
         ----------
         S, V, A, J : array_like, shape (3, k)
-            Any point, the poles too; velocity, covariant acceleration and covariant jerk.
+            Point, which may be a pole, velocity, covariant acceleration and covariant jerk.
         steps : int
-            Equal steps over ``[0, t_end]``, at least 1.
+            Number of equal steps over ``[0, t_end]``, at least 1.
         t_end : float, default 1.0
+            End time.
         map, order
-            As for `integrate`. The trajectory of a map from a retraction does not depend on the charts; the maps
-            linear in coordinates are another method in each chart, of the same order.
+            As for :meth:`integrate`. With a map of a retraction the trajectory does not depend on the charts; the maps
+            "initial_point" and "midpoint", which are linear in coordinates, give a different method of the same order
+            in each chart.
 
         Returns
         -------
@@ -3398,13 +3530,14 @@ class Chart:
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent; ``steps < 1``, unknown map or order.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent; ``steps < 1``, unknown map or
+            order.
         OutsideDomainError, ConvergenceError
-            A step is too long for a chart, or for its implicit equations.
+            A step is too long for a chart, or for its implicit equations to be solved.
 
         Examples
         --------
-        A geodesic over the pole and once around:
+        A geodesic over the pole, once around the sphere:
 
         >>> from stiefel_rs import Chart
         >>> S, V = np.array([[1.0], [0.0], [0.0]]), np.array([[0.0], [0.0], [2 * np.pi]])
@@ -3415,18 +3548,19 @@ class Chart:
         True
         """
     def reference(self, z0: ArrayLike, t: ArrayLike) -> _Array:
-        """The exact flow: states at the times ``t``, from ``z0`` at time 0.
+        """Evaluate the exact flow: states at the times ``t``, from ``z0`` at time 0.
 
         Parameters
         ----------
         z0 : array_like, shape (..., 4 d)
+            State at time 0.
         t : array_like, shape T
             Finite times in any order.
 
         Returns
         -------
         ndarray, shape (...,) + T + (4 d,)
-            Error at most 1e-13 for curves of the size of the paper's.
+            States with an error of at most 1e-13, for curves of the size of those in the paper.
 
         Raises
         ------
@@ -3440,7 +3574,7 @@ class Chart:
         Taylor method of order 26 with variable steps (Jorba, Zou 2005).
         """
     def reference_across(self, S: ArrayLike, V: ArrayLike, A: ArrayLike, J: ArrayLike, t: ArrayLike) -> ChartTrajectory:
-        """The exact flow across charts: as `reference`, with no pole in the way.
+        """Evaluate the exact flow as :meth:`reference` does, changing charts to avoid their poles.
 
         Parameters
         ----------
@@ -3456,7 +3590,7 @@ class Chart:
         Raises
         ------
         InvalidInputError
-            Shape, not finite, not orthonormal, not tangent.
+            Wrong shape, non-finite entries, points not orthonormal, vectors not tangent.
         ConvergenceError
             Too many steps; carries ``report``.
         """
@@ -3475,25 +3609,26 @@ class Chart:
         guess: tuple[ArrayLike, ArrayLike] | None = None,
         order: _Order | None = None,
     ) -> ShootingResult:
-        """Shooting: the discrete trajectory with given ends.
+        """Find the discrete trajectory with given ends by shooting.
 
         Parameters
         ----------
         q0, qdot0, q1, qdot1 : array_like, shape (d,)
-            Coordinates and velocities at time 0 and ``t_end``. Angles are not wrapped: give the branch that is meant.
+            Coordinates and velocities at time 0 and ``t_end``. Angles are not wrapped: pass the intended branch.
         steps : int
-            At least 1.
+            Number of equal steps, at least 1.
         map : str, default "midpoint"
-            As for `integrate`.
+            As for :meth:`integrate`.
         t_end : float, default 1.0
+            End time.
         tol : float, default 1e-12
-            Euclidean norm of the end's defect.
+            Largest Euclidean norm of the error at the end.
         max_iterations : int, default 50
-            Newton steps.
+            Largest number of Newton steps.
         guess : pair of array_like, each of shape (d,), optional
             Initial momenta ``(p_q, p_qdot)`` to start from.
         order : int, optional
-            As for `integrate`.
+            As for :meth:`integrate`.
 
         Returns
         -------
@@ -3502,14 +3637,15 @@ class Chart:
         Raises
         ------
         InvalidInputError
-            Wrong shapes, not finite, ``steps < 1``, unknown map or order, ``tol`` negative or not finite, ``t_end = 0``.
+            Wrong shapes, non-finite entries, ``steps < 1``, unknown map or order, ``tol`` negative or not finite,
+            ``t_end = 0``.
         OutsideDomainError
-            An end, or the trajectory that the iteration starts from, is outside of the chart; carries ``angle``.
+            An end, or the trajectory of the initial guess, is outside the chart; carries ``angle``.
         ConvergenceError
-            No trajectory found; carries ``report``. One step has none in general: the end point of a single step does
-            not depend on all of the momenta.
+            No trajectory was found; carries ``report``. In general none exists for ``steps = 1``, because the end point
+            of a single step does not depend on all of the momenta.
 
         Notes
         -----
-        Damped Newton iteration on the initial momenta; the Jacobian is the exact derivative of the discrete flow.
+        Damped Newton iteration on the initial momenta, with the exact derivative of the discrete flow as Jacobian.
         """
