@@ -27,8 +27,9 @@ impl Namespace {
                 Some((known, first)) if !known.is(&namespace) => {
                     let names = [known, &namespace].map(|it| it.getattr("__name__"));
                     let [one, other] = collected(names)?;
-                    let message =
-                        format!("{first} and {name}: arrays of two libraries, {one} and {other}");
+                    let message = format!(
+                        "{first} and {name}: arrays of different libraries, {one} and {other}"
+                    );
                     return Err(PyTypeError::new_err(message));
                 }
                 Some(_) => {}
@@ -145,14 +146,14 @@ pub fn _as_numpy<'py>(name: &str, object: &Any<'py>) -> PyResult<Any<'py>> {
 fn traced(object: &Any, name: &str) -> Option<String> {
     let requires_grad = object.getattr("requires_grad");
     if requires_grad.is_ok_and(|flag| flag.is_truthy().unwrap_or(false)) {
-        let advice = "functions of stiefel_rs.torch take it; detach() gives its numbers";
+        let advice = "use the functions of stiefel_rs.torch, or detach()";
         return Some(format!(
             "{name}: a tensor that requires a gradient; {advice}"
         ));
     }
     let class = object.get_type().name().ok()?.to_string();
     let is_tracer = class.ends_with("Tracer");
-    is_tracer.then(|| format!("{name}: traced by JAX; functions of stiefel_rs.jax take it"))
+    is_tracer.then(|| format!("{name}: traced by JAX; use the functions of stiefel_rs.jax"))
 }
 
 /// Convert a NumPy array, or a tuple of NumPy arrays, to the library of an argument.

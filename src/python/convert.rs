@@ -94,7 +94,7 @@ pub fn array_of<'py, T: Entry>(
     }
     let kind: char = dtype.getattr("kind")?.extract()?;
     let advice = match kind {
-        'O' => "; numbers among objects become real ones by astype(float)",
+        'O' => "; convert an object array of numbers with astype(float)",
         _ => "",
     };
     let found = format!("an array of dtype {dtype}{advice}");

@@ -67,7 +67,7 @@ impl PyCubicTrajectory {
                 _ => shape.len() == 3 && *shape == common,
             };
             let (fits, found) = (fits && entries.iter().all(|x| x.is_finite()), tuple(shape));
-            ensure!(fits, "{name}: no part of a trajectory, shape {found}");
+            ensure!(fits, "{name}: shape {found} does not fit a trajectory");
         }
         let [count, n, k] = [common[0], common[1], common[2]];
         let fits = [0, 5].iter().all(|i| parts[*i].shape[0] == count);

@@ -108,7 +108,7 @@ impl PyCurve {
         let moved = entries.iter().map(|t| rounded_to_end(*t, (first, last)));
         let entries: Vec<f64> = moved.collect();
         if let Some(t) = entries.iter().find(|t| **t < first || **t > last) {
-            let span = format!("between {first} and {last}, or with extrapolate=True");
+            let span = format!("between {first} and {last} unless extrapolate=True");
             return Err(invalid!("t: must be {span}, found {t}"));
         }
         Array { shape, entries }.into_bound_py_any(t.py())

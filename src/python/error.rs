@@ -39,7 +39,7 @@ impl PySolverReport {
         reason: &str,
     ) -> PyResult<Self> {
         let Some(reason) = StopReason::from_word(reason) else {
-            return Err(invalid!("reason: '{reason}' is not one"));
+            return Err(invalid!("reason: unknown reason '{reason}'"));
         };
         Ok(PySolverReport {
             converged,

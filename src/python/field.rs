@@ -73,7 +73,7 @@ impl Field {
     pub(crate) fn check_shape(self, (rows, cols): (usize, usize)) -> Result<()> {
         match self == Field::Complex && (rows % 2, cols % 2) != (0, 0) {
             true => Err(refusal(format!(
-                "complex matrices as real ones of odd shape, ({rows}, {cols})"
+                "embedded complex matrices of odd shape ({rows}, {cols})"
             ))),
             false => Ok(()),
         }

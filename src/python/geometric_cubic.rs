@@ -167,7 +167,7 @@ pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         };
         let degree = curve.degree();
         match cubic && degree != 3 {
-            true => Err(refusal(format!("a cubic of degree {degree}"))),
+            true => Err(refusal(format!("expected degree 3, found {degree}"))),
             false => Ok((curve, report)),
         }
     })?;

@@ -33,7 +33,7 @@ fn check_numbers(object: &Any) -> PyResult<()> {
         'i' | 'u' => return check_exact(array.as_any()),
         _ => return Ok(()),
     };
-    let message = format!("t: {found} are not numbers; give seconds: {advice}");
+    let message = format!("t: {found} are not numbers; convert them to seconds: {advice}");
     Err(PyTypeError::new_err(message))
 }
 
@@ -58,7 +58,7 @@ fn check_exact(array: &Any) -> PyResult<()> {
     for (knot, pair) in exact.try_iter()?.zip(rounded.try_iter()?).enumerate() {
         let exact = pair.0?;
         if !exact.eq(pair.1?)? {
-            let problem = "is not a floating-point number; give differences: t - t[0]";
+            let problem = "is not exactly a float; pass differences: t - t[0]";
             let error = invalid!("t: entry {knot}, {exact}, {problem}");
             return Err(at_knot(error, knot));
         }

@@ -47,7 +47,7 @@ impl Points {
         let manifold = manifold.get();
         ensure!(
             manifold.core().metric() == Metric::CANONICAL,
-            "manifold: curves are those of the canonical metric, found {name}"
+            "manifold: curves need the canonical metric, found {name}"
         );
         let (field, shape) = (manifold.field(), manifold.shape());
         Ok(Points {

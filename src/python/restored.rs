@@ -36,6 +36,6 @@ pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
         PyCubicHermite::NAME => PyCubicHermite::restored(py, form),
         PyCubicSpline::NAME => PyCubicSpline::restored(py, form),
         PySmoothingSpline::NAME => PySmoothingSpline::restored(py, form),
-        kind => Err(refusal(format!("of an unknown kind, '{kind}'")).into()),
+        kind => Err(refusal(format!("unknown kind '{kind}'")).into()),
     }
 }

@@ -465,7 +465,7 @@ fn keyframes(shape: &[usize], entries: &[f64]) -> PyResult<Vec<UnitQuaternion<f6
                 "not finite"
             };
             return Err(at_knot(
-                invalid!("quaternions: the one at knot {knot} is {what}"),
+                invalid!("quaternions: the quaternion at knot {knot} is {what}"),
                 knot,
             ));
         }

@@ -123,7 +123,7 @@ impl PySmoothingSpline {
         let data = Data::read(t, S, &points, field)?;
         let quotient = points.quotient;
         if weights.is_some() && w.is_some() {
-            let message = "weights: give them once, as weights or as w";
+            let message = "weights: pass either weights or w, not both";
             return Err(PyTypeError::new_err(message));
         }
         let weights = weights

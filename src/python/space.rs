@@ -225,8 +225,9 @@ pub trait Space {
         for (object, name) in objects {
             if Field::of([object])? == Field::Complex {
                 let ((n, k), class) = (self.shape(), Self::NAME);
-                let advice = format!("those of {class}({n}, {k}, field='complex')");
-                let message = format!("{name}: expected real numbers; complex ones are {advice}");
+                let advice = format!("{class}({n}, {k}, field='complex')");
+                let message =
+                    format!("{name}: expected real numbers; for complex numbers use {advice}");
                 return Err(PyTypeError::new_err(message));
             }
         }

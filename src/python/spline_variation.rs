@@ -28,7 +28,7 @@ impl Spline {
     fn of(slf: &Bound<'_, PyCubicSpline>) -> PyResult<Self> {
         let py = slf.py();
         let Cubics::Riemannian(curve) = &slf.as_super().get().cubics else {
-            let expected = "derivatives are those of splines with kind='riemannian'";
+            let expected = "derivatives need kind='riemannian'";
             return Err(invalid!("kind: {expected}, found 'geometric'"));
         };
         let field = slf.as_super().as_super().get().field;

@@ -91,7 +91,7 @@ impl Form {
     /// Takes a word out.
     pub(super) fn word(&mut self, name: &str) -> PyResult<String> {
         let word = self.words.remove(name);
-        word.ok_or_else(|| refusal(format!("has no word '{name}'")).into())
+        word.ok_or_else(|| refusal(format!("entry '{name}' is missing")).into())
     }
 
     /// Applies `take` to the numbers, and raises if it leaves any.
@@ -102,7 +102,7 @@ impl Form {
     ) -> PyResult<T> {
         let Form { words, fields, .. } = self;
         if let Some(name) = words.keys().next() {
-            return Err(refusal(format!("'{name}' is no part of such a curve")).into());
+            return Err(refusal(format!("unexpected entry '{name}'")).into());
         }
         let numbers: usize = fields.0.values().map(|array| array.entries.len()).sum();
         run(py, Field::Real, numbers as f64, move |interrupt| {

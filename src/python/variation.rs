@@ -36,7 +36,7 @@ impl Cotangents {
         let expected = [&shape[..], &[n, k]].concat();
         let found = [&matrices.shape[..], &[rows, cols]].concat();
         if found != expected {
-            let expected = format!("{}, that of the points at t", tuple(&expected));
+            let expected = format!("{}, the shape of curve(t)", tuple(&expected));
             return Err(unexpected("W", &expected, &found));
         }
         Ok(Cotangents { times, matrices })

@@ -128,7 +128,7 @@ def test_batches_with_wrong_times(data):
     refuse(r"t: expected shape \(4,\) or \(3, 4\), found \(2, 4\)", RotationSpline, np.stack([t, t]), batch)
     refuse("t: .*not finite", RotationSpline, np.stack([t, t * [1, np.nan, 1, 1], t]), batch, knot=1)
     whole = np.arange(4) + np.array([[0], [2**60], [0]])
-    refuse("t: .*not a floating-point number", RotationSpline, whole, batch, knot=1)
+    refuse("t: .*not exactly a float", RotationSpline, whole, batch, knot=1)
     refuse("t: 3 of 12 entries are masked", RotationSpline, np.ma.masked_equal(np.stack([t] * 3), t[1]), batch)
 
 
