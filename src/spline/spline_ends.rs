@@ -59,7 +59,8 @@ pub(super) fn check_ends(states: &KnotStates, ends: &EndConditions) -> Result<()
 }
 
 const SMOOTH: &str = "a spline whose velocity and acceleration jump by at most 1e-6 (solve with a smaller tolerance)";
-const ENDS: &str = "a spline that meets its end conditions to 1e-6 (solve with a smaller tolerance)";
+const ENDS: &str =
+    "a spline that meets its end conditions to 1e-6 (solve with a smaller tolerance)";
 
 fn check(
     found: &Mat<f64>,
