@@ -102,7 +102,7 @@ def test_bad_matrices(make, data):
 def test_matrices_are_projected_on_request(data):
     t, R = data[0], matrices_of(data[1])
     rough = np.round(R, 3)
-    refuse("project=True takes the nearest", RotationSpline, t, rough, knot=1)
+    refuse("project=True uses the nearest", RotationSpline, t, rough, knot=1)
     U, _, Vt = np.linalg.svd(rough)
     for spline in (RotationSpline(t, rough, project=True), RotationSpline.smoothing(t, rough, lam=0, project=True)):
         assert np.abs(spline(t) - U @ Vt).max() < 1e-10
@@ -204,7 +204,7 @@ def test_bad_evaluation(data):
     for method in (spline.angular_velocity, spline.angular_acceleration, spline.angular_jerk):
         refuse("frame: expected 'body' or 'world', found 'inertial'", method, 0.5, frame="inertial")
     scipy = RotationSpline(data[0], Rotation.from_quat(data[1]))
-    refuse(r"one axis of times at most, found shape \(2, 2\)", scipy, np.zeros((2, 2)))
+    refuse(r"at most one axis of times, found shape \(2, 2\)", scipy, np.zeros((2, 2)))
     assert scipy.angular_velocity(np.zeros((2, 2))).shape == (2, 2, 3)
 
 
@@ -242,9 +242,9 @@ def test_keywords_of_scipy(data):
     t, q = data
     spline = RotationSpline(times=t, rotations=Rotation.from_quat(q))
     assert np.array_equal(spline(times=t[1], order=1), spline(t[1], 1))
-    with pytest.raises(TypeError, match="give the times once"):
+    with pytest.raises(TypeError, match="pass either t or times"):
         RotationSpline(t, q, times=t)
-    with pytest.raises(TypeError, match="give the times once"):
+    with pytest.raises(TypeError, match="pass either t or times"):
         spline(0.5, times=0.5)
 
 

@@ -200,7 +200,7 @@ def test_foreign_files_are_refused(tmp_path):
         refused(path, ": .")
     with open(path, "wb") as file:
         np.save(file, np.zeros(3))
-    refused(path, "no archive of arrays")
+    refused(path, "not an archive of arrays")
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("readme.txt", "hello")
     refused(path, ": .")
