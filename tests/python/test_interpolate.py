@@ -217,7 +217,7 @@ def test_objects_and_single_arrays_are_refused(files, capsys):
     assert "not an .npz archive of plain arrays" in capsys.readouterr().err
     assert run(files, source="one.npy") == 1
     assert "expected an .npz archive of t and S, found a single array" in capsys.readouterr().err
-    with pytest.raises(InvalidInputError, match="one array"):
+    with pytest.raises(InvalidInputError, match="found a single array"):
         interpolate.read(files / "one.npy")
 
 

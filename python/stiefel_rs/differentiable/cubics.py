@@ -1,4 +1,4 @@
-"""Riemannian cubics between given ends and from given initial data, with derivatives."""
+"""Riemannian cubics with given boundary data or initial data, with derivatives."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _from_initial(s: Array, v: Array, a: Array, j: Array, t: Array) -> Riemannia
 
 
 def _end(t: Array) -> float:
-    """Return the time that is farthest from 0."""
+    """Return the time farthest from 0."""
     farthest = float(t[np.argmax(np.abs(t))]) if t.size else 0.0
     return farthest if farthest != 0.0 else 1.0
 
