@@ -184,7 +184,7 @@ fn blocks(n: usize, k: usize, rank: usize, rows: usize, subspace: f64) -> Result
         return Ok(Sized::new(rank - k, k, quotient));
     }
     Err(refusal(format!(
-        "a point of shape ({n}, {k}) in {rank} dimensions, of which {rows} are there"
+        "a point of shape ({n}, {k}) in {rank} dimensions, found {rows}"
     )))
 }
 

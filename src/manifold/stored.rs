@@ -258,7 +258,7 @@ fn check_blocks(
     let size = norm(generator.as_ref());
     let rest = norm(generator.as_ref().submatrix(k, k, p, p));
     if rest > TANGENT_TOLERANCE * size {
-        let problem = format!("generator: {rest:.3e} where there should be zeros");
+        let problem = format!("generator: {rest:.3e} in place of zeros");
         return Err(refusal(problem));
     }
     let Some(turning) = turning else {

@@ -51,7 +51,7 @@ impl PyRiemannianCubic {
         _kwargs: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyClassInitializer<Self>> {
         Err(PyTypeError::new_err(
-            "RiemannianCubic is made by RiemannianCubic.from_initial(S, V, A, J) or \
+            "RiemannianCubic cannot be constructed directly; use RiemannianCubic.from_initial(S, V, A, J) or \
              RiemannianCubic.from_boundary(S0, V0, S1, V1)",
         ))
     }
