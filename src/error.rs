@@ -1,17 +1,17 @@
 //! The one error type of the crate.
 //!
-//! Every variant carries the numbers needed to act on it. User data never panics: it is checked once, at
-//! the public entry, and what is wrong with it comes back as one of these.
+//! Every variant carries the numbers needed to act on it. Invalid data never cause a panic: they are checked once, at
+//! the public entry, and returned as one of these errors.
 
 use crate::report::SolverReport;
 
-/// What can go wrong, with the measured numbers.
+/// Errors of the crate, with the measured numbers.
 ///
 /// # Examples
 /// ```
 /// use faer::mat;
 /// use stiefel_rs::{Error, QuasiGeodesic};
-/// // Through a point of the sphere and its antipode there are many great circles.
+/// // Many great circles join a point of the sphere and its antipode.
 /// let (x, y) = (mat![[1.0], [0.0], [0.0]], mat![[-1.0], [0.0], [0.0]]);
 /// let error = QuasiGeodesic::between(x.as_ref(), y.as_ref()).unwrap_err();
 /// assert!(matches!(error, Error::NoJoiningCurve { .. }));
@@ -48,14 +48,14 @@ pub enum Error {
         /// Its value.
         found: f64,
     },
-    /// Steps so long that one of them would turn too far.
+    /// Steps so long that a single one would turn too far.
     #[error(
         "steps: too few, one exponential would turn by {angle:.6e} radians, must be at most {largest}"
     )]
     TooFewSteps {
         /// The angle of one exponential, in radians.
         angle: f64,
-        /// What is allowed.
+        /// The largest allowed angle.
         largest: f64,
     },
     /// The columns are not orthonormal: `|S^T S - I|_F` exceeds the tolerance.
@@ -122,7 +122,7 @@ pub enum Error {
     },
     /// The nearest point of the manifold is not unique: the matrix has no full column rank.
     #[error(
-        "{name}: smallest singular value {smallest:.3e} against the largest {largest:.3e}: no unique nearest point"
+        "{name}: no unique nearest point, smallest singular value {smallest:.3e}, largest {largest:.3e}"
     )]
     RankDeficient {
         /// Which argument.
@@ -141,7 +141,7 @@ pub enum Error {
     },
     /// Two points that no unique shortest curve joins.
     #[error(
-        "no unique shortest curve joins the points: an angle of {angle:.17} (pi to working precision)"
+        "no unique shortest curve joins the points: an angle is {angle:.17} (pi to working precision)"
     )]
     NoJoiningCurve {
         /// The offending principal angle in radians.
@@ -166,7 +166,7 @@ pub enum Error {
     },
     /// Points farther apart than geodesics are known to be the shortest.
     #[error(
-        "points {index} and {} are {distance:.6} apart, not within the injectivity radius (at least {bound:.6})",
+        "points {index} and {}: distance {distance:.6} exceeds {bound:.6}, the known lower bound of the injectivity radius",
         index + 1
     )]
     BeyondInjectivity {
@@ -199,23 +199,23 @@ pub enum Error {
         /// The range, in words.
         requirement: &'static str,
     },
-    /// Two tangent vectors that span no plane.
+    /// Two linearly dependent tangent vectors, which do not span a plane.
     #[error(
-        "{names}: linearly dependent, unit vectors along them span an area of {area:.3e}, at most {tolerance:.3e}"
+        "{names}: linearly dependent, their unit vectors span an area of {area:.3e}, must exceed {tolerance:.3e}"
     )]
     LinearlyDependent {
         /// Which arguments.
         names: &'static str,
         /// The sine of the angle between them.
         area: f64,
-        /// Up to here they count as dependent.
+        /// Largest area at which the vectors count as dependent.
         tolerance: f64,
     },
     /// Ends of a curve that are conjugate along it: the solution of the boundary value problem does not depend smoothly
     /// on its data.
     #[error(
-        "the ends are conjugate along the curve: how the end depends on the initial data has smallest singular value \
-         {smallest:.3e} against the largest {largest:.3e}, in the units of flat space"
+        "the ends are conjugate along the curve: the derivative of the end with respect to the initial data has smallest \
+         singular value {smallest:.3e}, largest {largest:.3e}, in the units of flat space"
     )]
     ConjugateEnds {
         /// The smallest singular value.
@@ -223,10 +223,10 @@ pub enum Error {
         /// The largest singular value.
         largest: f64,
     },
-    /// Complex data that a solution belongs to which is not complex: the data have no unique solution.
+    /// Complex data whose computed solution is not complex, because the data have no unique solution.
     #[error(
-        "the solution is not complex: it is off the embedded complex matrices by {defect:.3e}, more than {tolerance:.3e} (the \
-         data have no unique solution, or an unstable one)"
+        "the solution is not complex: its distance from the embedded complex matrices is {defect:.3e}, above {tolerance:.3e} \
+         (the data have no unique solution, or an unstable one)"
     )]
     NotComplex {
         /// Distance from the embedded matrices, Frobenius norm.
@@ -269,55 +269,55 @@ pub enum Error {
         /// How far it got, and why it stopped.
         report: SolverReport,
     },
-    /// An integration takes more steps than it may: the curve is too long or too fast.
+    /// An integration needs more steps than allowed: the curve is too long or too fast.
     #[error(
-        "{solver}: too long or too fast, more than {limit} steps; {} taken, {:.3e} of the parameter left, which would take \
-         about {forecast:.3e} more",
+        "{solver}: too long or too fast, needs more than {limit} steps; {} taken, remaining parameter length {:.3e}, about \
+         {forecast:.3e} more needed",
         .report.iterations,
         .report.residual
     )]
     TooManySteps {
         /// Which integration.
         solver: &'static str,
-        /// Steps at the most.
+        /// Largest number of steps.
         limit: usize,
-        /// Steps that the rest would take, from the length of the last one.
+        /// Estimated number of remaining steps, from the length of the last one.
         forecast: f64,
-        /// Steps taken, and as residual the part of the parameter that was left.
+        /// Steps taken; its residual is the remaining length of the parameter interval.
         report: SolverReport,
     },
-    /// Something is wrong at one knot of a spline, or between it and the next one.
+    /// An error at a knot of a spline, or between it and the next knot.
     #[error("{}: {source}", place(*knot, source))]
     AtKnot {
-        /// Its index.
+        /// Index of the knot.
         knot: usize,
-        /// What is wrong.
+        /// The error.
         source: Box<Error>,
     },
-    /// Not the points of a piece, but control points between them that were made from the velocities, cannot be joined: the
-    /// piece is too far or too fast for the construction.
+    /// Control points, computed from the velocities, cannot be joined although the points of the piece can: the piece is too
+    /// long or too fast for the construction.
     #[error("control points between them: {source}")]
     ControlPoints {
-        /// What is wrong.
+        /// The error.
         source: Box<Error>,
     },
-    /// Frames that are far apart only since their columns are turned; Python's errors say so.
+    /// Frames that are far apart only because their columns are rotated; raised by the Python binding only.
     #[error(
-        "{source}; as frames they are {frames:.3} apart, as subspaces {subspaces:.3}: where the columns are no more than a \
-         basis, choose the Grassmann manifold, or make them near with its align"
+        "{source}; as frames they are {frames:.3} apart, as subspaces {subspaces:.3}: if only the span of the columns \
+         matters, use the Grassmann manifold, or first align the bases with its method align"
     )]
     OnlyBases {
-        /// What is wrong with them as frames.
+        /// The error about them as frames.
         source: Box<Error>,
         /// The Frobenius distance of the frames.
         frames: f64,
-        /// That of the nearest bases of their spans.
+        /// The Frobenius distance of the nearest bases of their spans.
         subspaces: f64,
     },
     /// A stored curve that is damaged, foreign, of another version or inconsistent.
     #[error("stored curve: {problem}")]
     Stored {
-        /// What is wrong with it.
+        /// Description of the problem.
         problem: String,
     },
     /// The caller asked a running computation to stop.
@@ -340,7 +340,7 @@ fn short(x: f64) -> String {
     }
 }
 
-/// The knot that an error is about, or the two that could not be joined.
+/// The knot of an error, or the two knots that could not be joined.
 fn place(knot: usize, error: &Error) -> String {
     match error {
         Error::ControlPoints { .. }
@@ -359,7 +359,7 @@ fn place(knot: usize, error: &Error) -> String {
 }
 
 impl Error {
-    /// `NoConvergence` with the report of a solver. Its tolerance, which round-off may have raised, is replaced by the
+    /// `NoConvergence` with the report of a solver, whose tolerance, possibly raised for round-off, is replaced by the
     /// requested one.
     pub(crate) fn no_convergence(
         solver: &'static str,
@@ -373,7 +373,7 @@ impl Error {
         Error::NoConvergence { solver, report }
     }
 
-    /// The same at a knot.
+    /// The error, located at a knot.
     pub(crate) fn at_knot(self, knot: usize) -> Self {
         match self {
             error @ Error::Interrupted { .. } => error,
@@ -384,7 +384,7 @@ impl Error {
         }
     }
 
-    /// The same of control points.
+    /// The error, attributed to control points.
     pub(crate) fn of_control_points(self) -> Self {
         match self {
             error @ Error::Interrupted { .. } => error,
@@ -394,7 +394,7 @@ impl Error {
         }
     }
 
-    /// Whether it says that points are too far apart, or that what joins them was not found.
+    /// Whether the points are too far apart, or no curve between them was found.
     #[cfg(feature = "python")]
     pub(crate) fn is_about_distance(&self) -> bool {
         matches!(
@@ -412,7 +412,7 @@ impl Error {
         matches!(self, Error::Interrupted { .. })
     }
 
-    /// The angle that leaves a domain, in radians, where the error is about one.
+    /// The angle that is outside a domain, in radians, if the error is about an angle.
     pub fn angle(&self) -> Option<f64> {
         match self {
             Error::AtKnot { source, .. }

@@ -42,7 +42,9 @@ fn restored<C: Stored>(form: Form) -> Result<C, Error> {
     check_header(&form.format, form.version)?;
     if form.kind != C::KIND {
         let (expected, found) = (C::KIND, form.kind);
-        return Err(refusal(format!("a '{found}', not a '{expected}'")));
+        return Err(refusal(format!(
+            "expected a '{expected}', found a '{found}'"
+        )));
     }
     Fields(form.arrays).read(|fields| C::restore(fields, Interrupt::NEVER))
 }

@@ -218,25 +218,25 @@ fn another_format_version_or_kind_is_refused() {
     let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options).unwrap();
     let said = refused(&curve, |form| form["format"] = json!("another"));
     assert!(
-        said.contains("of the format 'another', not 'stiefel_rs curve'"),
+        said.contains("expected format 'stiefel_rs curve', found 'another'"),
         "{said}"
     );
     let said = refused(&curve, |form| form["version"] = json!(2));
     assert!(
-        said.contains("newer version of the package, form 2; this one reads 1"),
+        said.contains("newer version of the package, form 2; this version reads form 1"),
         "{said}"
     );
     let said = refused(&curve, |form| form["version"] = json!(0));
-    assert!(said.contains("of the form 0"), "{said}");
+    assert!(said.contains("expected form 1, found 0"), "{said}");
     let said = refused(&curve, |form| form["kind"] = json!("GeometricCubic"));
     assert!(
-        said.contains("a 'GeometricCubic', not a 'RiemannianCubic'"),
+        said.contains("expected a 'RiemannianCubic', found a 'GeometricCubic'"),
         "{said}"
     );
     let said = refused(&curve, |form| {
         form["arrays"]["more"] = form["arrays"]["spans"].clone()
     });
-    assert!(said.contains("'more' is no part of such a curve"), "{said}");
+    assert!(said.contains("unexpected entry 'more'"), "{said}");
     for key in ["format", "version", "kind", "arrays"] {
         refused(&curve, |form| {
             drop(form.as_object_mut().unwrap().remove(key))

@@ -1,7 +1,8 @@
 """Smooth curves on Stiefel manifolds.
 
-Quasi-geodesics, geometric cubics (adjusted de Casteljau), Riemannian cubics on any St(n, k), and the symplectic
-integrators and shooting of arXiv 2404.19407 in charts of St(3,1) and St(3,2).
+Quasi-geodesics, geometric cubics (adjusted de Casteljau) and Riemannian cubics on any St(n, k), splines of them,
+rotations, poses and subspaces; and the symplectic integrators and shooting of arXiv 2404.19407 in charts of St(3,1)
+and St(3,2).
 """
 
 import typing as _typing

@@ -20,7 +20,7 @@ def check_frame(frame: str) -> Frame:
     Raises
     ------
     InvalidInputError
-        Neither ``"body"`` nor ``"world"``.
+        The name is neither ``"body"`` nor ``"world"``.
     """
     if frame not in get_args(Frame):
         raise InvalidInputError(f"frame: expected 'body' or 'world', found {frame!r}")
@@ -28,7 +28,7 @@ def check_frame(frame: str) -> Frame:
 
 
 class AngularMotion(ABC):
-    """What splines of rotations and of poses share: angular rates ``w`` of a rotation ``R``, ``R' = R hat(w)``."""
+    """Angular rates ``w`` of a rotation ``R``, ``R' = R hat(w)``, for splines of rotations and of poses."""
 
     @abstractmethod
     def _angular(self, t: ArrayLike, order: int, frame: Frame) -> Array:
@@ -42,7 +42,7 @@ class AngularMotion(ABC):
         t : array_like, shape T
             Times, in s.
         frame : {"body", "world"}
-            Axes along which it is expressed: those of the rotated body, ``w``, or those of the world, ``R w``.
+            Axes along which it is expressed: the axes of the rotated body, ``w``, or of the world, ``R w``.
 
         Returns
         -------
@@ -52,7 +52,7 @@ class AngularMotion(ABC):
         Raises
         ------
         InvalidInputError
-            Times that are not finite, or outside without `extrapolate`; another frame.
+            Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
 
         Examples
         --------
@@ -82,7 +82,7 @@ class AngularMotion(ABC):
         Raises
         ------
         InvalidInputError
-            Times that are not finite, or outside without `extrapolate`; another frame.
+            Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
 
         Examples
         --------
@@ -99,10 +99,10 @@ class AngularMotion(ABC):
         Parameters
         ----------
         t : array_like, shape T
-            Times, in s; at a knot, where it jumps, the jerk of the piece that follows.
+            Times, in s; at a knot, where the jerk jumps, the value of the following piece.
         frame : {"body", "world"}
-            Axes along which it is expressed: ``w''``, or ``R w''``. The latter is constant on every piece without
-            tension, and differs from the derivative of the world acceleration, ``R (w'' + w x w')``.
+            Axes along which it is expressed: ``w''``, or ``R w''``. The latter is constant on each piece of a spline
+            without tension, and differs from the derivative of the world acceleration, ``R (w'' + w x w')``.
 
         Returns
         -------
@@ -112,7 +112,7 @@ class AngularMotion(ABC):
         Raises
         ------
         InvalidInputError
-            Times that are not finite, or outside without `extrapolate`; another frame.
+            Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
 
         Examples
         --------

@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 Array: TypeAlias = NDArray[np.float64]
 
-# A time outside of an interval by at most so many units in the last place of the larger end counts as its end.
+# A time outside an interval by at most this many ulp of the larger end counts as that end.
 END_ULPS: Final = 4
 
 
 def at_knot(message: str, knot: int, member: int | None = None) -> InvalidInputError:
-    """Make the error about a knot, of a member of a batch if one is given."""
+    """Return an error about a knot, of a member of a batch if one is given."""
     where = "" if member is None else f" (batch member {member})"
     error = InvalidInputError(f"knot {knot}: {message}{where}")
     error.knot = knot
@@ -41,7 +41,7 @@ def real_array(values: ArrayLike, name: str) -> Array:
     TypeError
         Complex numbers, text, dates, objects.
     InvalidInputError
-        Masked or ragged.
+        The array is masked or ragged.
     """
     if type(values) is not np.ndarray:
         _check_unmasked(name, values)
@@ -55,7 +55,7 @@ def real_array(values: ArrayLike, name: str) -> Array:
 
 
 def either(t: ArrayLike | None, times: ArrayLike | None) -> ArrayLike:
-    """Return the one of two names of an argument that is given.
+    """Return the value of an argument that has two names.
 
     Raises
     ------
@@ -63,8 +63,8 @@ def either(t: ArrayLike | None, times: ArrayLike | None) -> ArrayLike:
         Both are given.
     """
     if t is not None and times is not None:
-        raise TypeError("t: give the times once, as t or as times")
-    # None is refused where numbers are read.
+        raise TypeError("t: pass either t or times, not both")
+    # None raises where the numbers are read.
     return cast("ArrayLike", t if times is None else times)
 
 
@@ -76,7 +76,7 @@ def finite_array(values: ArrayLike, name: str) -> Array:
     TypeError
         Complex numbers, text, dates, objects.
     InvalidInputError
-        Masked, ragged or not finite.
+        The array is masked, ragged or not finite.
     """
     array = real_array(values, name)
     finite = np.isfinite(array)
@@ -86,7 +86,7 @@ def finite_array(values: ArrayLike, name: str) -> Array:
 
 
 def vectors_at_knots(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
-    """Read one vector for every knot, shape ``(..., N, 3)``, finite."""
+    """Read one finite vector per knot, shape ``(..., N, 3)``."""
     array = real_array(values, name)
     if array.shape != shape:
         raise InvalidInputError(f"{name}: expected shape {shape}, found {array.shape}")
@@ -95,7 +95,7 @@ def vectors_at_knots(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Ar
 
 
 def check_knots_finite(array: Array, name: str, axes: int) -> None:
-    """Raise for the first knot with an entry that is not finite; a knot has the last `axes` axes."""
+    """Raise for the first knot with an entry that is not finite; the last `axes` axes belong to a knot."""
     finite = np.isfinite(array)
     if not finite.all():
         lead = array.shape[: array.ndim - axes]
@@ -104,19 +104,19 @@ def check_knots_finite(array: Array, name: str, axes: int) -> None:
 
 
 def times_within(t: Array, start: float, end: float) -> Array:
-    """Return times with those that miss an end by round-off, 4 units in the last place of the larger end, moved to it.
+    """Return times, after moving those outside by at most 4 ulp of the larger end to the end.
 
     Raises
     ------
     InvalidInputError
-        A time outside of ``[start, end]``.
+        A time is outside ``[start, end]``.
     """
     slack = END_ULPS * np.finfo(np.float64).eps * max(abs(start), abs(end))
     outside = (t < start - slack) | (t > end + slack)
     if outside.any():
         found = t[outside][0]
         raise InvalidInputError(
-            f"t: must be between the first and the last knot, {start} and {end} (or ask for extrapolation), "
+            f"t: must be between the first and the last knot, {start} and {end} (or enable extrapolation), "
             f"found {found}"
         )
     return np.clip(t, start, end)

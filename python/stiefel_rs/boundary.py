@@ -1,4 +1,4 @@
-"""What `solve_boundary` returns."""
+"""Result of `solve_boundary`."""
 
 from __future__ import annotations
 
@@ -9,20 +9,19 @@ from numpy.typing import NDArray
 
 
 class BoundaryBatch(NamedTuple):
-    """Riemannian cubics of a batch of boundary problems, at their start.
+    """Solutions of a batch of boundary problems, as initial data of Riemannian cubics.
 
     Attributes
     ----------
     acceleration, jerk : ndarray, shape (..., n, k)
-        Covariant acceleration and covariant jerk at ``S0``, complex for complex frames; NaN where a problem is
-        not solved.
+        Covariant acceleration and covariant jerk at ``S0``, complex for complex frames; NaN for unsolved problems.
     cost : ndarray, shape (...)
-        The integral of the squared covariant acceleration over ``[0, 1]``; NaN where a problem is not solved.
+        Integral of the squared covariant acceleration over ``[0, 1]``; NaN for unsolved problems.
     converged : ndarray of bool, shape (...)
-        Whether the end is met to the tolerance.
+        Whether the error at the end is within the tolerance.
     residual : ndarray, shape (...)
-        How far the end is missed, in the norm of `tol` of `RiemannianCubic.from_boundary`; infinite where no
-        curve could be integrated.
+        Error at the end, in the norm of `tol` of `RiemannianCubic.from_boundary`; infinite if no curve could be
+        integrated.
     """
 
     acceleration: NDArray[Any]
@@ -32,13 +31,9 @@ class BoundaryBatch(NamedTuple):
     residual: NDArray[np.float64]
 
 
-# What `help` and editors show of the fields.
-BoundaryBatch.acceleration.__doc__ = (
-    "Covariant accelerations at `S0`, shape (..., n, k); NaN where a problem is not solved."
-)
-BoundaryBatch.jerk.__doc__ = "Covariant jerks at `S0`, shape (..., n, k); NaN where a problem is not solved."
-BoundaryBatch.cost.__doc__ = (
-    "Integrals of the squared covariant acceleration, shape (...); NaN where a problem is not solved."
-)
-BoundaryBatch.converged.__doc__ = "Whether the end is met to the tolerance, shape (...)."
-BoundaryBatch.residual.__doc__ = "How far the end is missed, shape (...)."
+# Docstrings of the fields, for `help` and editors.
+BoundaryBatch.acceleration.__doc__ = "Covariant accelerations at `S0`, shape (..., n, k); NaN for unsolved problems."
+BoundaryBatch.jerk.__doc__ = "Covariant jerks at `S0`, shape (..., n, k); NaN for unsolved problems."
+BoundaryBatch.cost.__doc__ = "Integrals of the squared covariant acceleration, shape (...); NaN for unsolved problems."
+BoundaryBatch.converged.__doc__ = "Whether the error at the end is within the tolerance, shape (...)."
+BoundaryBatch.residual.__doc__ = "Error at the end, shape (...)."

@@ -15,7 +15,7 @@ from .reproduce import command as reproduce
 
 EXIT_FAILURE: Final = 1
 EXIT_INTERRUPTED: Final = 130
-# As a shell names a program that ended with SIGPIPE.
+# The exit code that a shell gives a program that ended with SIGPIPE.
 EXIT_BROKEN_PIPE: Final = 141
 
 
@@ -62,9 +62,9 @@ def _run(argv: list[str] | None) -> int:
 
 
 def _unwritten(error: OSError) -> int:
-    """Say what could not be read or written; a file has a name, the output has none."""
+    """Report what could not be read or written: a file by its name, or the standard output."""
     if error.filename is None:
-        # Else Python tries to write the rest of it when it ends, and fails with a traceback.
+        # Otherwise Python tries to write the rest of the output at exit, and fails with a traceback.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if isinstance(error, BrokenPipeError):
             return EXIT_BROKEN_PIPE
@@ -73,12 +73,12 @@ def _unwritten(error: OSError) -> int:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command line `argv` (default: that of the process) and return its exit code."""
+    """Run the command line `argv` (default: ``sys.argv``) and return its exit code."""
     try:
         try:
             return _run(argv)
         finally:
-            # Here, where its failure can be told; there is no output where it was closed.
+            # Flushed here, where a failure can be reported. There is no output if it was closed.
             if sys.stdout is not None:
                 sys.stdout.flush()
     except KeyboardInterrupt:

@@ -1,4 +1,4 @@
-"""A derivative of a curve as a function of its parameter."""
+"""Derivatives of curves as functions of the parameter."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ MAX_ORDER = 3
 
 @dataclass(frozen=True)
 class CurveDerivative:
-    """The ambient derivative of a curve, as `Curve.derivative` returns it.
+    """Ambient derivative of a curve, returned by `Curve.derivative`.
 
     Attributes
     ----------
     curve : Curve
-        What it is the derivative of.
+        The differentiated curve.
     order : int
-        Of the derivative, 0 to 3.
+        Order of the derivative, 0 to 3.
     """
 
     curve: Curve
@@ -35,21 +35,21 @@ class CurveDerivative:
 
     def __post_init__(self) -> None:
         if operator.index(self.order) not in range(MAX_ORDER + 1):
-            raise InvalidInputError(f"nu: derivatives of order 0 to 3 in all, found {self.order}")
+            raise InvalidInputError(f"nu: the total order must be from 0 to 3, found {self.order}")
 
     def __call__(
         self, t: ArrayLike, nu: int = 0, *, extrapolate: bool | None = None, num_threads: int | None = None
     ) -> NDArray[Any]:
-        """Return the derivative, or its own derivative of order `nu`, at parameters.
+        """Evaluate the derivative, or its own derivative of order `nu`.
 
         Parameters
         ----------
         t : array_like, shape T
             Parameters.
         nu : int, default 0
-            The order is that of the curve and this one together, at most 3.
+            Additional order of differentiation; the total order is at most 3.
         extrapolate, num_threads
-            As of the curve.
+            As for the curve.
 
         Returns
         -------
@@ -68,5 +68,5 @@ class CurveDerivative:
 
     @property
     def t_span(self) -> tuple[float, float]:
-        """The interval that the curve is made for."""
+        """Interval on which the curve is defined."""
         return self.curve.t_span

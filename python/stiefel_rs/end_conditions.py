@@ -1,4 +1,4 @@
-"""End conditions of splines of rotations and of poses: words, or what is given at each end."""
+"""End conditions of splines of rotations and of poses."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WORDS: Final = (*END_WORDS, "periodic")
 
 
 def read_bc_type(bc_type: Any, shape: tuple[int, ...]) -> BcType:
-    """Read end conditions whose vectors have a shape.
+    """Read end conditions whose vectors have the given shape.
 
     Returns
     -------
@@ -28,9 +28,9 @@ def read_bc_type(bc_type: Any, shape: tuple[int, ...]) -> BcType:
     Raises
     ------
     InvalidInputError
-        Another word or order, a vector of another shape or not finite.
+        Unknown word or order, or a vector with a wrong shape or non-finite entries.
     TypeError
-        Neither a word nor a pair.
+        The conditions are neither a word nor a pair.
     """
     if isinstance(bc_type, str):
         return _word(bc_type, WORDS, "or a pair")  # type: ignore[return-value]
@@ -76,7 +76,7 @@ def _frozen(array: Array) -> Array:
 
 
 def part(bc_type: BcType, index: int) -> BcType:
-    """Return the conditions for one row of vectors of shape (2, 3)."""
+    """Return the conditions for one row of the vectors, which have shape (2, 3)."""
     if isinstance(bc_type, str):
         return bc_type
     first, last = (end if isinstance(end, str) else (end[0], end[1][index]) for end in bc_type)

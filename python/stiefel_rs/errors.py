@@ -1,4 +1,4 @@
-"""The exceptions of the package. Every message carries the measured number."""
+"""Exceptions of the package. Every message states the measured number."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ class StiefelError(Exception):
     Attributes
     ----------
     knot : int or None
-        Index of the knot of a spline that the error is about: the first one, where it is about two neighbours.
+        Index of the knot of a spline that the error is about; for two consecutive knots, the first.
     problem : tuple of int or None
-        Index of the problem of a sweep (`stiefel_rs.dask`) that the error is about.
+        Index of the problem in a sweep (`stiefel_rs.dask`) that the error is about.
     """
 
     knot: int | None = None
@@ -24,16 +24,16 @@ class StiefelError(Exception):
 
 
 class InvalidInputError(StiefelError, ValueError):
-    """Wrong shape, not finite, not orthonormal, not tangent, or a number out of its range."""
+    """Input with a wrong shape, non-finite, not orthonormal, not tangent, or out of range."""
 
 
 class OutsideDomainError(StiefelError, ValueError):
-    """No logarithm, no joining curve, or a state outside of its chart.
+    """No logarithm or joining curve exists, or a state is outside its chart.
 
     Attributes
     ----------
     angle : float or None
-        The angle that is out of the domain, in radians.
+        The angle outside the domain, in radians.
     """
 
     def __init__(self, message: str, angle: float | None = None) -> None:
@@ -50,7 +50,7 @@ class ConvergenceError(StiefelError, RuntimeError):
     Attributes
     ----------
     report : SolverReport or None
-        How far it got, and why it stopped.
+        Iterations, residual and reason for stopping.
     """
 
     def __init__(self, message: str, report: SolverReport | None = None) -> None:

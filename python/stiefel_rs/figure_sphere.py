@@ -1,4 +1,4 @@
-"""The unit sphere as a figure draws it: parallels, meridians, outline and axes. Importing this imports matplotlib."""
+"""Drawing of the unit sphere: parallels, meridians, outline and axes. Importing this module imports matplotlib."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def draw_sphere(view: Array, *, ax: Axes3D) -> None:
     ax.plot(*circle(np.zeros(3), u, np.cross(view, u)).T, color="#555555", linewidth=0.9, zorder=2)
     for name, axis in zip("₁₂₃", np.eye(3), strict=True):
         side = axis if axis @ view > -0.05 else -axis
-        if abs(side @ view) < 0.8:  # An axis that points at the reader would lie on the curve.
+        if abs(side @ view) < 0.8:  # An axis that points to the viewer would cover the curve.
             ax.plot(*np.stack([side, 1.1 * side]).T, color="#555555", linewidth=0.9, zorder=2)
             label = f"x{name}" if side is axis else f"−x{name}"  # noqa: RUF001
             ax.text(*(1.25 * side), label, ha="center", va="center", color="#333333")

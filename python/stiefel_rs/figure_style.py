@@ -1,7 +1,7 @@
-"""The style that the figures of this package share: sizes, margins, axes, and how figures are written.
+"""Style of the figures of this package: sizes, margins, axes and output.
 
-Importing this module imports matplotlib, so the rest of the package imports it only when figures are asked for. Figures
-are built on `matplotlib.figure.Figure` directly: no pyplot, no global state.
+Importing this module imports matplotlib, so the rest of the package imports it only to draw figures. Figures
+are instances of `matplotlib.figure.Figure`, made without pyplot or global state.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ GRID: Final[dict[str, Any]] = {"visible": True, "which": "major", "color": "#DDD
 
 @contextmanager
 def context() -> Iterator[None]:
-    """Use matplotlib's defaults with this module's sizes, whatever the user's own settings are."""
+    """Use matplotlib's defaults with the sizes of this module, independent of the user's settings."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(
@@ -46,14 +46,14 @@ def context() -> Iterator[None]:
 
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure of the given size in inches."""
-    # Margins are given by hand in inches: an automatic layout draws every figure three times more.
+    # Margins are set in inches: an automatic layout would draw every figure three more times.
     figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
     return figure
 
 
 def grid(figure: Figure, rows: int, columns: int, margins: tuple[float, ...], **options: Any) -> GridSpec:
-    """Return a grid of panels inside of `margins`: left, right, bottom, top, in inches."""
+    """Return a grid of panels within `margins`: left, right, bottom, top, in inches."""
     width, height = figure.get_size_inches()
     left, right, bottom, top = margins
     edges = {"left": left / width, "right": 1 - right / width, "bottom": bottom / height, "top": 1 - top / height}
@@ -66,13 +66,13 @@ def power_of_ten(value: float, _position: int) -> str:
 
 
 def log_axis(axis: Axis) -> None:
-    """Label the decades in plain text: quicker than mathematical text, and one font less in each PDF."""
+    """Label the decades in plain text, which is faster than mathematical text and saves a font in each PDF."""
     axis.set_major_formatter(FuncFormatter(power_of_ten))
     axis.set_minor_locator(NullLocator())
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """Write ``name.png`` and ``name.pdf``, without dates in them; the paths written."""
+    """Write ``name.png`` and ``name.pdf`` without dates, and return their paths."""
     png, pdf = folder / f"{name}.png", folder / f"{name}.pdf"
     figure.savefig(png, dpi=DPI)
     figure.savefig(pdf, metadata={"CreationDate": None})

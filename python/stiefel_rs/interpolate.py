@@ -1,4 +1,4 @@
-"""``stiefel-rs interpolate``: points or poses from a file, a curve or samples of it into another."""
+"""``stiefel-rs interpolate``: reads points or poses from a file, and writes a curve or samples of it."""
 
 from __future__ import annotations
 
@@ -27,31 +27,31 @@ BC_TYPES: Final = ("natural", "clamped", "periodic", "velocities")
 PICTURES: Final = (".png", ".pdf", ".svg")
 
 DESCRIPTION: Final = """\
-Join the points or poses of a file by a curve.
+Compute a smooth curve through the points or poses in a file.
 
-INPUT.npz is joined by a curve on a Stiefel manifold, which is saved. It holds the arrays
-  t        (N,)        times, increasing
+INPUT.npz holds points on a Stiefel manifold; the curve through them is saved. Its arrays:
+  t        (N,)        increasing times
   S        (N, n, k)   points: matrices with orthonormal columns
   V        (N, n, k)   velocities at the points: for the Hermite kinds;
                        the first and last for --bc-type velocities
-  weights  (N,)        for --kind smoothing, if wanted
+  weights  (N,)        for --kind smoothing, optional
 
 Kinds
-  riemannian         spline of Riemannian cubics, C2: stationary cost through the points
-  geometric          spline of de Casteljau curves, C2: near to it
+  riemannian         spline of Riemannian cubics, C2: the cost is stationary
+  geometric          spline of de Casteljau curves, C2: close to the Riemannian spline
   hermite            Riemannian cubics with the given velocities, C1
   geometric-hermite  de Casteljau curves with the given velocities, C1
-  smoothing          passes by the points: least misfit plus lambda times cost
+  smoothing          passes near the points: minimises misfit + lambda * cost
 
-OUTPUT.npz is what Python's stiefel_rs.load reads. With --rate, --num or --at the curve
-is evaluated too, into a second file of plain arrays: t (T,), S (T, n, k), and the
-velocity V and the covariant acceleration A of the same shape.
+In Python, stiefel_rs.load reads OUTPUT.npz. With --rate, --num or --at the curve is also
+evaluated, and a second file of plain arrays is written: t (T,), S (T, n, k), and the
+velocity V and the covariant acceleration A of the same shape as S.
 
-INPUT.tum and INPUT.csv hold poses, of kind riemannian or smoothing. They are written at
-the times of --rate, --num or --at to OUTPUT.tum or OUTPUT.csv.
+INPUT.tum and INPUT.csv hold poses, for the kinds riemannian and smoothing. Poses at the
+times of --rate, --num or --at are written to OUTPUT.tum or OUTPUT.csv.
   .tum, .txt  lines: timestamp tx ty tz qx qy qz qw, in s and m
   .csv        a header names the columns, in any order: t x y z qx qy qz qw, in s and m
-              or in units that it names, as t [ns]; orientations only: t qx qy qz qw
+              or in units given in the header (t [ns]); orientations only: t qx qy qz qw
 """
 
 
@@ -79,7 +79,7 @@ def _picture(text: str) -> Path:
 
 
 def _times(text: str) -> list[str]:
-    """Numbers with all their digits, which the times of poses need."""
+    """Return numbers as text with all digits, which the times of poses need."""
     parts = [part.strip() for part in text.split(",")]
     try:
         for part in parts:
@@ -111,7 +111,7 @@ def _lam(text: str) -> float:
     except ValueError:
         value = -1.0
     if not value >= 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of zero or more")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of at least 0")
     return value
 
 
@@ -119,57 +119,57 @@ def add_parser(commands: Any) -> None:
     """Add the command to the subparsers of another."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "interpolate",
-        help="a curve through the points or poses of a file",
+        help="compute a curve through the points or poses in a file",
         description=DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "input", type=Path, metavar="INPUT", help="points in an .npz file, poses in a .tum or .csv file"
+        "input", type=Path, metavar="INPUT", help="points in a .npz file, or poses in a .tum or .csv file"
     )
-    # By a word: all of them in a row are wider than a page.
+    # A metavar, since the list of all kinds is wider than a page.
     parser.add_argument(
         "--kind", choices=KINDS, default=KINDS[0], metavar="KIND", help=f"one of the kinds (default: {KINDS[0]})"
     )
     parser.add_argument(
-        "--out", type=_out, required=True, metavar="OUTPUT", help="where the curve (.npz) or its poses (.tum, .csv) go"
+        "--out", type=_out, required=True, metavar="OUTPUT", help="file for the curve (.npz) or its poses (.tum, .csv)"
     )
-    parser.add_argument("--bc-type", choices=BC_TYPES, help="ends of a spline (default: natural)")
+    parser.add_argument("--bc-type", choices=BC_TYPES, help="end conditions of a spline (default: natural)")
     parser.add_argument(
         "--project",
         action="store_true",
-        help="replace points that are off the manifold by up to 0.1, such as rounded ones, by the nearest ones",
+        help="replace points with a defect of at most 0.1, such as rounded ones, by the nearest on the manifold",
     )
     parser.add_argument("--lam", type=_lam, help="lambda of --kind smoothing (default: by cross-validation)")
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--rate", type=_rate, metavar="HZ", help="evaluate so often in a second, from the first time on")
-    where.add_argument("--num", type=_count, metavar="T", help="evaluate at T equidistant times, both ends included")
+    where.add_argument("--rate", type=_rate, metavar="HZ", help="evaluate at this rate, from the first time on")
+    where.add_argument("--num", type=_count, metavar="T", help="evaluate at T equidistant times including both ends")
     where.add_argument("--at", type=_times, metavar="T,T,...", help="evaluate at these times")
     parser.add_argument(
         "--samples",
         type=_npz,
         metavar="SAMPLES.npz",
-        help="where that goes for points (default: OUTPUT_samples.npz)",
+        help="file for the samples of a curve through points (default: OUTPUT_samples.npz)",
     )
     parser.add_argument(
         "--rates",
         action="store_true",
-        help="velocities in OUTPUT.csv too: vx vy vz in m/s in the world's frame, wx wy wz in rad/s in the body's",
+        help="also write velocities to OUTPUT.csv: vx vy vz in m/s (world frame), wx wy wz in rad/s (body frame)",
     )
     parser.add_argument(
         "--plot",
         type=_picture,
         metavar="FILE",
-        help=f"figure of the curve ({', '.join(PICTURES)}; default: {PICTURES[0]})",
+        help=f"file for a figure of the curve ({', '.join(PICTURES)}; default: {PICTURES[0]})",
     )
     parser.set_defaults(check=lambda arguments: _check(parser, arguments))
 
 
 def _check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
-    """Refuse options that would be without effect, and files that could not be written, before any work."""
+    """Reject options without effect, and files that cannot be written, before any work."""
     if arguments.bc_type is not None and arguments.kind not in SPLINES:
-        parser.error(f"--bc-type goes with --kind {' or '.join(SPLINES)}, not {arguments.kind}")
+        parser.error(f"--bc-type needs --kind {' or '.join(SPLINES)}, found {arguments.kind}")
     if arguments.lam is not None and arguments.kind != SMOOTHING:
-        parser.error(f"--lam goes with --kind {SMOOTHING}, not {arguments.kind}")
+        parser.error(f"--lam needs --kind {SMOOTHING}, found {arguments.kind}")
     poses = interpolate_poses.is_trajectory(arguments.input)
     (interpolate_poses.check if poses else _check_points)(parser, arguments)
     name = f"INPUT{arguments.input.suffix.lower()}" if poses else "INPUT.npz"
@@ -188,11 +188,11 @@ def _check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> No
 
 
 def _check_points(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
-    """Refuse options that have no effect on points."""
+    """Reject options that have no effect on points."""
     if arguments.out.suffix != ".npz":
-        parser.error(f"--out: {str(arguments.out)!r} does not end in .npz, as the curve through points does")
+        parser.error(f"--out: {str(arguments.out)!r} does not end in .npz, which a curve through points needs")
     if arguments.rates:
-        parser.error("--rates needs INPUT.tum or INPUT.csv; the samples of points have their velocities")
+        parser.error("--rates needs INPUT.tum or INPUT.csv; samples of curves through points always include velocities")
     if arguments.samples is not None and not _evaluates(arguments):
         parser.error("--samples needs --rate, --num or --at")
 
@@ -207,50 +207,50 @@ def _samples_path(arguments: argparse.Namespace) -> Path:
 
 
 def read(path: Path) -> Arrays:
-    """Arrays of a file.
+    """Read the arrays of a file.
 
     Raises
     ------
     OSError
         The file cannot be read.
     InvalidInputError
-        It is no archive of plain arrays.
+        The file is not an archive of plain arrays.
     """
     try:
-        # NumPy leaves a file open that it cannot read, unless the file is its caller's.
+        # NumPy does not close a file that it cannot read, unless the caller opened it.
         with storage.naming(path), path.open("rb") as file:
             archive = np.load(file, allow_pickle=False)
             if not isinstance(archive, np.ndarray):
                 return {name: archive[name] for name in archive.files}
     except OSError:
         raise
-    # Whatever a reader of archives makes of damaged bytes.
+    # Damaged bytes may raise any exception.
     except Exception as error:
         why = str(error) or type(error).__name__
         if "allow_pickle" in why:
             why = "it holds Python objects: save arrays of numbers"
         raise InvalidInputError(f"{path}: not an .npz archive of plain arrays ({why})") from error
-    raise InvalidInputError(f"{path}: one array, where an .npz archive of t and S is needed")
+    raise InvalidInputError(f"{path}: expected an .npz archive of t and S, found a single array")
 
 
 def _array(arrays: Arrays, name: str, why: str) -> NDArray[Any]:
     if name not in arrays:
         found = ", ".join(arrays) or "none"
-        raise InvalidInputError(f"no array {name!r}, which {why} needs; the file has: {found}")
+        raise InvalidInputError(f"{why} needs the array {name!r}; found: {found}")
     return arrays[name]
 
 
 def build(
     arrays: Arrays, kind: str, bc_type: str | None = None, lam: float | None = None, *, project: bool = False
 ) -> Curve:
-    """Curve of the given kind through the points.
+    """Construct a curve of the given kind through the points.
 
     Raises
     ------
     InvalidInputError
-        An array is missing, or wrong.
+        An array is missing or invalid.
     OutsideDomainError, ConvergenceError
-        There is no such curve, or it was not found.
+        No such curve exists, or none was found.
     """
     why = f"--kind {kind}"
     t, S = _array(arrays, "t", why), _array(arrays, "S", why)
@@ -261,7 +261,7 @@ def build(
     if bc_type == "velocities":
         V = _array(arrays, "V", f"--bc-type {bc_type}")
         if V.ndim != 3 or len(V) < 2:
-            raise InvalidInputError(f"V: shape (N, n, k) expected, found {V.shape}")
+            raise InvalidInputError(f"V: expected shape (N, n, k), found {V.shape}")
         return CubicSpline(t, S, bc_type=((1, V[0]), (1, V[-1])), kind=SPLINES[kind], project=project)
     ends = cast(Literal["natural", "clamped", "periodic"], bc_type or "natural")
     return CubicSpline(t, S, bc_type=ends, kind=SPLINES[kind], project=project)
@@ -273,7 +273,7 @@ def evaluate(curve: Curve, t: Array) -> Arrays:
 
 
 def describe(curve: Curve, kind: str, knots: int) -> str:
-    """Say what was found, in a line."""
+    """Describe the curve in one line."""
     field = ",C" if curve.field == "complex" else ""
     parts = [f"St({curve.n},{curve.k}{field}), {knots} points, {kind}: cost {curve.cost():.6g}"]
     report = getattr(curve, "report", None)
@@ -294,13 +294,13 @@ def _sample_times(arguments: argparse.Namespace, curve: Curve) -> Array | None:
 
 
 def _write(arguments: argparse.Namespace) -> Iterator[str]:
-    """Write the files, and name each once it is there: what follows may fail."""
+    """Write the files, and report each as soon as it is written, since a later step may fail."""
     arrays = read(arguments.input)
     curve = build(arrays, arguments.kind, arguments.bc_type, arguments.lam, project=arguments.project)
     if arguments.plot is not None and curve.field == "complex":
-        raise InvalidInputError("--plot draws real frames, the points of the file are complex")
+        raise InvalidInputError("--plot draws real frames only, the points in the file are complex")
     t = _sample_times(arguments, curve)
-    # Before anything is written: a time outside of the curve is an error.
+    # Before anything is written: a time outside the curve raises.
     samples = None if t is None else evaluate(curve, t)
     curve.save(arguments.out)
     yield describe(curve, arguments.kind, len(arrays["t"]))
@@ -311,7 +311,7 @@ def _write(arguments: argparse.Namespace) -> Iterator[str]:
             np.savez(file, **cast(Any, samples))
         yield f"samples: {path}, {len(samples['t'])} times"
     if arguments.plot is not None:
-        # Here, since matplotlib is optional and slow to import.
+        # Imported here, since matplotlib is optional and slow to import.
         from . import interpolate_figure  # noqa: PLC0415
 
         interpolate_figure.write(arguments.plot, curve, arrays["t"], arrays["S"])
@@ -319,12 +319,12 @@ def _write(arguments: argparse.Namespace) -> Iterator[str]:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Do what the command line says and return the exit code.
+    """Run the command and return the exit code.
 
     Raises
     ------
     OSError
-        A file cannot be read or written; without its name, what is printed cannot be.
+        A file cannot be read or written; without a file name, the standard output.
     """
     poses = interpolate_poses.is_trajectory(arguments.input)
     try:
@@ -335,7 +335,7 @@ def run(arguments: argparse.Namespace) -> int:
             return _fail(str(error))
         return _fail(f"no figure ({error}): pip install 'stiefel-rs[plot]'")
     except (StiefelError, ValueError, TypeError) as error:
-        return _fail(str(error).replace("curves take it with project=True", "--project takes it"))
+        return _fail(str(error).replace("curves take it with project=True", "--project accepts it"))
     return 0
 
 

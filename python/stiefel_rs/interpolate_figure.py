@@ -1,4 +1,4 @@
-"""Figure of a curve through points: where its columns run, how fast, and how its velocity changes.
+"""Figure of a curve through points: paths of its columns, speed and acceleration.
 
 Importing this module imports matplotlib.
 """
@@ -30,7 +30,7 @@ def _style(column: int) -> dict[str, Any]:
 
 
 def draw_circle(points: Array, knots: Array, *, ax: Axes) -> None:
-    """Draw columns in the plane, each on a circle of its own so that they do not hide each other."""
+    """Draw columns in the plane, on circles of different radii so that they do not hide each other."""
     for column in range(points.shape[2]):
         radius = 1 + 0.08 * column
         ax.plot(*(radius * points[:, :, column].T), **_style(column))
@@ -40,7 +40,7 @@ def draw_circle(points: Array, knots: Array, *, ax: Axes) -> None:
 
 
 def draw_sphere(points: Array, knots: Array, *, ax: Axes3D) -> None:
-    """Draw columns on the unit sphere; what is on its far side is paler."""
+    """Draw columns on the unit sphere, paler on the far side."""
     figure_sphere.draw_sphere(VIEW, ax=ax)
     for column in range(points.shape[2]):
         path = points[:, :, column]
@@ -52,7 +52,7 @@ def draw_sphere(points: Array, knots: Array, *, ax: Axes3D) -> None:
 
 
 def draw_norms(curve: Curve, t: Array, knots: Array, *, axes: tuple[Axes, Axes]) -> None:
-    """Draw the lengths of velocity and covariant acceleration in the canonical metric against time."""
+    """Draw the norms of velocity and covariant acceleration in the canonical metric against time."""
     M, S = Stiefel(curve.n, curve.k), curve(t)
     for ax, vectors, label, colour in (
         (axes[0], curve.velocity(t), "velocity", COLOURS[0]),
@@ -64,13 +64,13 @@ def draw_norms(curve: Curve, t: Array, knots: Array, *, axes: tuple[Axes, Axes])
         if len(knots) <= 100:
             ax.plot(knots, np.zeros(len(knots)), "|", color="#555555", markersize=9, clip_on=False)
         ax.grid(**figure_style.GRID)
-    axes[0].set_title("lengths in the canonical metric")
+    axes[0].set_title("norms in the canonical metric")
     axes[0].tick_params(labelbottom=False)
-    axes[1].set_xlabel("time t (units of the input; bars: its points)")
+    axes[1].set_xlabel("time t (units of the input; bars: input points)")
 
 
 def figure(curve: Curve, t: Array, S: Array) -> Figure:
-    """Paths of the columns where they can be drawn (n of 2 and 3), and the lengths of velocity and acceleration."""
+    """Return a figure with the paths of the columns (for n = 2 and 3) and the norms of velocity and acceleration."""
     times = np.unique(np.concatenate([np.linspace(*curve.t_span, SAMPLES), np.asarray(t, dtype=np.float64)]))
     paths, spherical = curve.n in (2, 3), curve.n == 3
     made = figure_style.new_figure(9.0 if paths else 6.4, 4.4)
@@ -92,6 +92,6 @@ def figure(curve: Curve, t: Array, S: Array) -> Figure:
 
 
 def write(path: Path, curve: Curve, t: Array, S: Array) -> None:
-    """Write the figure, in the format that the end of the file's name says."""
+    """Write the figure, in the format of the file name's suffix."""
     with storage.replacing(path) as file, figure_style.context():
         figure(curve, t, S).savefig(file, format=path.suffix[1:].lower(), dpi=DPI)

@@ -1,4 +1,4 @@
-"""``stiefel-rs interpolate`` for trajectories: poses from a text file, a curve through them sampled into another."""
+"""``stiefel-rs interpolate`` for trajectories: reads poses from a text file, and writes samples of their curve."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ ANGULAR: Final = ("wx", "wy", "wz")
 
 
 def is_trajectory(path: Path) -> bool:
-    """Whether a file holds poses, by its name."""
+    """Whether the name of a file says that it holds poses."""
     return path.suffix.lower() in SUFFIXES
 
 
 def check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
-    """Refuse options that have no effect on poses."""
+    """Reject options that have no effect on poses."""
     name = f"INPUT{arguments.input.suffix.lower()}"
     if arguments.kind not in KINDS:
         parser.error(f"--kind {arguments.kind} needs INPUT.npz; for {name}: {' or '.join(KINDS)}")
@@ -52,11 +52,13 @@ def check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> Non
 
 
 def write(arguments: argparse.Namespace) -> Iterator[str]:
-    """Write the file, and say what was done."""
+    """Write the file, and yield lines about it."""
     found, out = trajectory_files.read(arguments.input), arguments.out
     suffix = trajectory_files.suffix_of(out)
     if found.positions is None and suffix != CSV_SUFFIX:
-        raise InvalidInputError(f"{arguments.input}: no positions, which {out} needs; write a {CSV_SUFFIX} file")
+        raise InvalidInputError(
+            f"{arguments.input}: no positions, which {out} needs; write a {CSV_SUFFIX} file instead"
+        )
     offsets, stamps = _samples(arguments, found.stamps)
     spline = build(found, arguments.kind, arguments.bc_type, arguments.lam)
     poses = spline(offsets)
@@ -69,18 +71,18 @@ def write(arguments: argparse.Namespace) -> Iterator[str]:
 
 
 def build(found: Recording, kind: str, bc_type: str | None = None, lam: float | None = None) -> Any:
-    """Make a spline of the poses of a file, whose times count from its first one.
+    """Make a spline of the poses in a file, with times counted from the first.
 
     Raises
     ------
     InvalidInputError
-        The poses make no spline.
+        The poses are invalid.
     OutsideDomainError, ConvergenceError
-        There is no such curve, or it was not found.
+        No such curve exists, or none was found.
     ImportError
-        SciPy is not installed, which splines of positions need.
+        SciPy, which splines of positions need, is not installed.
     """
-    # Here, since SciPy is optional and slow to import.
+    # Imported here, since SciPy is optional and slow to import.
     from .pose import PoseSpline  # noqa: PLC0415
     from .rotation import RotationSpline  # noqa: PLC0415
 
@@ -92,7 +94,7 @@ def build(found: Recording, kind: str, bc_type: str | None = None, lam: float | 
 
 
 def _offset(stamp: Decimal, first: Decimal) -> float:
-    # Exact: float64 holds time stamps of 1e9 s to 1.2e-7 s only.
+    # Exact: float64 resolves time stamps of 1e9 s to 1.2e-7 s only.
     return float(EXACT.subtract(stamp, first))
 
 
@@ -104,7 +106,7 @@ def _samples(arguments: argparse.Namespace, knots: Sequence[Decimal]) -> tuple[A
         stamps = [EXACT.create_decimal(text) for text in arguments.at]
         for stamp in stamps:
             if not (stamp.is_finite() and first <= stamp <= last):
-                raise InvalidInputError(f"--at: {stamp} s is outside of the poses' times, {first} to {last} s")
+                raise InvalidInputError(f"--at: {stamp} s is outside the times of the poses, {first} to {last} s")
         if any(after <= before for before, after in itertools.pairwise(stamps)):
             raise InvalidInputError("--at: the times of poses must increase")
         offsets = np.array([_offset(stamp, first) for stamp in stamps])
@@ -115,12 +117,12 @@ def _samples(arguments: argparse.Namespace, knots: Sequence[Decimal]) -> tuple[A
 
 
 def _text(stamp: Decimal) -> str:
-    """Shortest digits of a float64 if they are exact, else all digits."""
+    """Return the shortest digits of a float64 if they are exact, else all digits."""
     short = repr(float(stamp))
     return short if Decimal(short) == stamp else str(stamp)
 
 
 def _rates(spline: Any, t: Array, positions: bool) -> dict[str, Array]:
-    """Columns of velocities: of the position in the world's frame, m/s, and of the rotation in the body's, rad/s."""
+    """Return columns of velocities: linear in the world frame, in m/s, and angular in the body frame, in rad/s."""
     columns = dict(zip(LINEAR, spline.linear_velocity(t, frame="world").T, strict=True)) if positions else {}
     return columns | dict(zip(ANGULAR, spline.angular_velocity(t, frame="body").T, strict=True))

@@ -1,12 +1,12 @@
 """Functions of frames, rotations and curves for JAX, with derivatives. Needs the extra `jax`.
 
-`jit`, `vmap`, `grad`, `jvp`, `jacfwd` and `jacrev` work on all of them, and mix. Exponentials, logarithms and solves
-are computed on the host in double precision; single precision is converted there and back. Derivatives go through
-solves by the implicit function theorem: nothing is unrolled, and a gradient costs one transposed solve for any number
-of times. Points and vectors are first projected onto what they should be, so that derivatives in any direction are
-defined; a defect of more than 1e-3 is an error. Second derivatives are not available.
+`jit`, `vmap`, `grad`, `jvp`, `jacfwd` and `jacrev` work for all functions, and can be combined. Exponentials,
+logarithms and solves are computed on the host in double precision; arrays in single precision are converted there and
+back. Solves are differentiated by the implicit function theorem: nothing is unrolled, and a gradient costs one
+transposed solve for any number of times. Points are first projected to the manifold, and vectors to its tangent space,
+so that derivatives in any direction are defined; a defect above 1e-3 raises. Second derivatives are not available.
 
-Errors are those of the package. Under `jit` JAX raises its own `JaxRuntimeError`, whose message contains ours.
+Functions raise the exceptions of the package. Under `jit` JAX raises `JaxRuntimeError`, with the same message.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ __all__ = [
     "skew_exp",
 ]
 
-# The function, its derivative in a direction, and the transpose of that: linear in what follows the arguments.
+# A function, its derivative in a direction, and the transpose of the derivative: linear in the arguments after its own.
 _VALUE: Final = Primitive("stiefel_rs")
 _VARIATION: Final = Primitive("stiefel_rs_variation")
 _PULLBACK: Final = Primitive("stiefel_rs_pullback")
@@ -46,13 +46,13 @@ _PULLBACK.multiple_results = True
 
 
 def _beside(array: Any, arguments: Sequence[Any]) -> jax.Array:
-    """Put a result where the arguments are, if they are on one device."""
+    """Put a result on the device of the arguments, if they are on a single one."""
     devices = arguments[0].devices()
     return jax.device_put(array, next(iter(devices)) if len(devices) == 1 else None)
 
 
 def _on_host(primitive: Primitive, operation: Operation) -> Callable[..., Any]:
-    """Return the function of NumPy's arrays that a primitive stands for."""
+    """Return the function of NumPy arrays that a primitive represents."""
     count = len(operation.arguments)
 
     def value(*arrays: Any) -> Any:
@@ -69,7 +69,7 @@ def _on_host(primitive: Primitive, operation: Operation) -> Callable[..., Any]:
 
 
 def _define(primitive: Primitive) -> None:
-    """Define evaluation, abstract evaluation, compilation and batching, which all three have in common."""
+    """Define evaluation, abstract evaluation, compilation and batching of a primitive."""
     is_pullback = primitive is _PULLBACK
 
     def evaluate(*arrays: Any, operation: Operation) -> Any:
@@ -89,8 +89,8 @@ def _define(primitive: Primitive) -> None:
             found = host(*map(np.asarray, numbers))
             return tuple(found) if is_pullback else (found,)
 
-        # Not `jax.pure_callback`: that puts the numbers on a device again before it calls, and waits for this, for ever
-        # where the only thread of the device is the one that calls.
+        # Not `jax.pure_callback`, which first transfers the numbers to a device again and waits for it: a deadlock if
+        # the calling thread is the only thread of the device.
         found, _, _ = mlir.emit_python_callback(
             context, call, None, list(arrays), context.avals_in, context.avals_out, has_side_effect=False
         )
@@ -122,7 +122,7 @@ def _value_jvp(arrays: Sequence[Any], tangents: Sequence[Any], *, operation: Ope
 
 
 def _linear_jvp(primitive: Primitive) -> Callable[..., Any]:
-    """Return the derivative of what is linear in its last arguments, and not by those before."""
+    """Return the derivative of a primitive with respect to its last arguments, in which it is linear."""
 
     def rule(arrays: Sequence[Any], tangents: Sequence[Any], *, operation: Operation) -> Any:
         count = len(operation.arguments)
@@ -156,7 +156,7 @@ ad.primitive_transposes[_PULLBACK] = _pullback_transpose
 
 
 class _OnJax(Functions[jax.Array]):
-    """The functions on JAX's arrays."""
+    """The functions for JAX arrays."""
 
     def arrays(self, arguments: Sequence[Any]) -> list[Any]:
         arrays = [jnp.asarray(argument) for argument in arguments]
@@ -190,7 +190,7 @@ class _OnJax(Functions[jax.Array]):
         return jnp.eye(like.shape[-2], dtype=like.dtype)
 
     def exact_products(self) -> AbstractContextManager[Any]:
-        # Some accelerators multiply in fewer digits by default.
+        # Some accelerators multiply in lower precision by default.
         context: AbstractContextManager[Any] = jax.default_matmul_precision("highest")
         return context
 

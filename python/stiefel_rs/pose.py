@@ -26,33 +26,33 @@ class PoseSpline(PoseMotion):
     Parameters
     ----------
     t : array_like, shape (N,)
-        Times, increasing, two or more, in s.
+        At least two increasing times, in s.
     poses : RigidTransform, or array_like, shape (N, 4, 4), or tuple of (rotations, positions)
-        SciPy's rigid transforms (SciPy 1.16 or newer), N of them; matrices ``[[R, p], [0, 1]]``; or rotations of any
-        kind that `RotationSpline` takes, and positions of shape (N, 3). The same kind comes out. Positions are in any
-        unit of length; it is called m here.
+        N poses: a SciPy `RigidTransform` (SciPy 1.16 or newer); matrices ``[[R, p], [0, 1]]``; or rotations of any kind
+        that `RotationSpline` accepts, with positions of shape (N, 3). The spline returns the same kind. The unit of
+        length is arbitrary; it is called m here.
     bc_type : str or pair, default "natural"
-        Conditions at the ends: ``"natural"``, no acceleration; ``"clamped"``, no velocity; ``"periodic"``, the last
-        pose is the first one, and velocities and accelerations agree there. Or a pair of conditions for the first and
+        End conditions: ``"natural"``, zero acceleration; ``"clamped"``, zero velocity; ``"periodic"``, the last pose
+        equals the first, and velocities and accelerations agree there. Or a pair of conditions for the first and
         the last pose: each ``"natural"``, ``"clamped"``, ``(1, (w, v))`` with angular rate and linear velocity, or
         ``(2, (a, b))`` with angular and linear acceleration. Angular vectors, of shape (3,), are in the BODY frame, in
         rad/s and rad/s^2. Linear ones, of shape (3,), are in the WORLD frame, derivatives of the position, in m/s and
         m/s^2.
     extrapolate : bool, default True
-        Whether the first and the last piece go on outside of ``[t[0], t[-1]]``. If False, times there raise; a time
-        within 4 units in the last place of the larger end counts as that end.
+        If True, the first and the last piece are continued outside ``[t[0], t[-1]]``. If False, such times raise,
+        except within 4 ulp of an end (of the larger end in absolute value), which count as that end.
     project : bool, default False
-        Whether rotation matrices that are not orthonormal are replaced by the nearest rotations.
+        If True, rotation matrices that are not orthonormal are replaced by the nearest rotations.
     tol, max_iterations, num_threads
         As for `RotationSpline`.
 
     Raises
     ------
     InvalidInputError
-        Shapes or numbers that do not match, not finite, times that do not increase, a matrix that is no pose (with what
-        is wrong). Names the knot, and carries it as ``knot``.
+        Mismatched shapes or numbers, non-finite entries, times that do not increase, a matrix that is not a pose.
+        Names the knot; carries ``knot``.
     OutsideDomainError
-        Neighbours half a turn apart; carries ``knot``, the first of the two, and ``angle`` in rad.
+        Two consecutive rotations are half a turn apart; carries ``knot``, the index of the first, and ``angle`` in rad.
     ConvergenceError
         No spline of the rotations was found; carries ``report``.
     TypeError
@@ -62,12 +62,12 @@ class PoseSpline(PoseMotion):
 
     See Also
     --------
-    RotationSpline : rotations alone, and batches of them.
+    RotationSpline : splines of rotations without positions, also in batches.
 
     Notes
     -----
-    In the metric that adds both parts, cubics of poses are cubics of rotations and of positions. A curve through poses
-    does not depend on the choice of the world frame. It does depend on the point of the body that the positions are of.
+    In the product metric, cubics of poses consist of a cubic of rotations and a cubic of positions. The curve does not
+    depend on the choice of the world frame, but on the reference point of the body whose positions are given.
 
     Examples
     --------
@@ -126,24 +126,24 @@ class PoseSpline(PoseMotion):
         max_iterations: int = 200,
         num_threads: int | None = None,
     ) -> PoseSpline:
-        """Fit a spline near poses rather than through them.
+        """Fit a smoothing spline near poses.
 
-        Rotations are smoothed by `RotationSpline.smoothing`, positions by `scipy.interpolate.make_smoothing_spline`:
-        the minimum of ``sum_i weights[i] |p(t[i]) - p_i|^2 + lam J``, with the integral ``J`` of ``|p''|^2``, in
+        Rotations are smoothed by `RotationSpline.smoothing`, positions by `scipy.interpolate.make_smoothing_spline`,
+        which minimises ``sum_i weights[i] |p(t[i]) - p_i|^2 + lam J``, where ``J`` is the integral of ``|p''|^2``, in
         m^2/s^3.
 
         Parameters
         ----------
         t : array_like, shape (N,)
-            Times, increasing, five or more, in s.
+            At least five increasing times, in s.
         poses : RigidTransform, or array_like, shape (N, 4, 4), or tuple of (rotations, positions)
             As for the class.
         lam : float or pair, optional
-            Weight of the acceleration, 0 or more, in s^3: one number, or one for rotations and one for positions, each
-            a number or None; 0 interpolates. By default, and for None, generalised cross-validation finds one for the
-            rotations and one for each coordinate of the positions.
+            Weight of the acceleration, at least 0, in s^3: one number, or a pair for rotations and positions, each a
+            number or None; 0 interpolates. By default, and for None, generalised cross-validation chooses one weight
+            for the rotations and one for each coordinate of the positions.
         weights : array_like, shape (N,), optional
-            Positive, without unit, for rotations and positions alike; all 1 by default.
+            Positive weights, dimensionless, for both rotations and positions; by default 1.
         extrapolate, project : bool
             As for the class.
         tol, max_iterations, num_threads
@@ -152,7 +152,7 @@ class PoseSpline(PoseMotion):
         Returns
         -------
         PoseSpline
-            With the attribute ``lam``.
+            Spline with the attribute ``lam``.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Poses as they are written to files: unit quaternions, scalar last, and positions."""
+"""Poses in the form written to files: unit quaternions, scalar last, and positions."""
 
 from __future__ import annotations
 
@@ -14,47 +14,47 @@ from .rotation_input import quaternions_of
 
 Array = NDArray[np.float64]
 
-# Of files with four decimals; more is no rounding.
+# Largest error of the norm from rounding to few decimals.
 NORM_TOLERANCE: Final = 1e-2
-# Norms within it are 1 up to the rounding of the entries and of the norm itself.
+# Error of the norm due to rounding of the entries and of the norm itself.
 ROUNDING: Final = 8 * float(np.finfo(np.float64).eps)
 # Rotations in single precision have a defect of about 1e-7.
 ROTATION_TOLERANCE: Final = 1e-5
 
 
 def floats(name: str, value: Any, shape: tuple[int | None, ...]) -> Array:
-    """Return an array of finite numbers of a shape, where None stands for any length.
+    """Read an array of finite numbers with the given shape, where None stands for any length.
 
     Raises
     ------
     InvalidInputError
-        The shape is another, or an entry is masked or not finite.
+        The shape is wrong, or an entry is masked or not finite.
     TypeError
-        The entries are no real numbers.
+        The entries are not real numbers.
     """
     _check_unmasked(name, value)
     given = np.asarray(value)
     if not np.can_cast(given.dtype, np.float64, "same_kind"):
-        raise TypeError(f"{name}: real numbers expected, found {given.dtype}")
+        raise TypeError(f"{name}: expected real numbers, found {given.dtype}")
     fits = given.ndim == len(shape)
     if not fits or any(size not in (None, found) for size, found in zip(shape, given.shape, strict=True)):
         wanted = ", ".join("N" if size is None else str(size) for size in shape) + "," * (len(shape) == 1)
-        raise InvalidInputError(f"{name}: shape ({wanted}) expected, found {given.shape}")
+        raise InvalidInputError(f"{name}: expected shape ({wanted}), found {given.shape}")
     array = given.astype(np.float64)
     if not (finite := np.isfinite(array)).all():
-        raise InvalidInputError(f"{name}: {finite.size - finite.sum()} of {finite.size} entries not finite")
+        raise InvalidInputError(f"{name}: {finite.size - finite.sum()} of {finite.size} entries are not finite")
     return array
 
 
 def unit_quaternions(quaternions: Array) -> Array:
-    """Normalise quaternions; those of norm 1 to rounding are kept as they are.
+    """Normalise quaternions, except those whose norm is 1 up to rounding.
 
     Raises
     ------
     InvalidInputError
-        A norm differs from 1 by more than 0.01; `knot` is the index of the first.
+        A norm differs from 1 by more than 0.01; `knot` is the index of the first such quaternion.
     """
-    # Squares of huge entries would overflow, which NumPy warns of.
+    # Squares of huge entries overflow, for which NumPy would warn.
     with np.errstate(over="ignore"):
         norms = np.linalg.norm(quaternions, axis=-1, keepdims=True)
     off = np.abs(norms - 1)
@@ -73,14 +73,14 @@ def as_components(poses: Any) -> tuple[Array, Array | None]:
     Raises
     ------
     InvalidInputError
-        Wrong shapes, entries that are not finite, or no rotations.
+        Wrong shapes, entries that are not finite, or matrices that are not rotations.
     """
     if hasattr(poses, "as_components"):
         translations, rotations = poses.as_components()
         poses = (rotations, translations)
     if isinstance(poses, tuple) and not _is_matrix(poses[-1:]):
         if len(poses) != 2:
-            raise InvalidInputError(f"poses: a pair (rotations, positions) expected, found {len(poses)} entries")
+            raise InvalidInputError(f"poses: expected a pair (rotations, positions), found {len(poses)} entries")
         quaternions = as_quaternions("rotations", poses[0])
         return quaternions, floats("positions", poses[1], (len(quaternions), 3))
     if not hasattr(poses, "as_quat") and np.shape(poses)[1:] == (4, 4):
@@ -89,14 +89,14 @@ def as_components(poses: Any) -> tuple[Array, Array | None]:
 
 
 def _is_matrix(last: Sequence[Any]) -> bool:
-    """Whether the last one of a tuple is a 4 x 4 matrix: then all are poses, no pair of rotations and positions."""
+    """Whether the last item of a tuple is a 4 x 4 matrix: then the tuple holds poses, not rotations and positions."""
     return any(np.shape(pose) == (4, 4) for pose in last if not hasattr(pose, "as_quat"))
 
 
 def _of_matrices(poses: Array) -> tuple[Array, Array]:
     off = np.abs(poses[:, 3] - [0.0, 0.0, 0.0, 1.0]).max(axis=-1)
     if (bad := np.flatnonzero(off > ROTATION_TOLERANCE)).size:
-        raise InvalidInputError(f"pose {bad[0]}: the last row is {poses[bad[0], 3]}, (0, 0, 0, 1) expected")
+        raise InvalidInputError(f"pose {bad[0]}: expected the last row (0, 0, 0, 1), found {poses[bad[0], 3]}")
     return as_quaternions("rotations", poses[:, :3, :3]), poses[:, :3, 3]
 
 
@@ -106,7 +106,7 @@ def as_quaternions(name: str, rotations: Any) -> Array:
     Raises
     ------
     InvalidInputError
-        Another shape, entries that are not finite, or no rotations.
+        Wrong shape, entries that are not finite, or matrices that are not rotations.
     """
     if hasattr(rotations, "as_quat"):
         rotations = np.atleast_2d(rotations.as_quat())
@@ -121,8 +121,8 @@ def as_quaternions(name: str, rotations: Any) -> Array:
 
 
 def _quaternions_of(name: str, R: Array) -> Array:
-    """Quaternions of matrices, each with the sign that is nearer to the one before."""
-    # Huge entries overflow, and may leave NaN, which is no rotation either.
+    """Return quaternions of matrices, with signs chosen for continuity."""
+    # Huge entries overflow and may give NaN, which is rejected.
     with np.errstate(over="ignore", invalid="ignore"):
         defects = np.abs(R.swapaxes(-1, -2) @ R - np.eye(3)).max(axis=(-1, -2))
     if (bad := np.flatnonzero(~(defects <= ROTATION_TOLERANCE))).size:

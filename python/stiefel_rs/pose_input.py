@@ -1,4 +1,4 @@
-"""Poses as people have them: SciPy's `RigidTransform`, matrices, or rotations with positions."""
+"""Conversion of poses from and to SciPy's `RigidTransform`, matrices, and rotations with positions."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ LAST_ROW: Final = (0.0, 0.0, 0.0, 1.0)
 
 
 class Poses(NamedTuple):
-    """Poses as they were read.
+    """Poses as given.
 
     Attributes
     ----------
     kind : {"RigidTransform", "matrices", "pair"}
     rotations : Any
-        For `RotationSpline` to read and check.
+        Rotations, which `RotationSpline` reads and validates.
     positions : ndarray, shape (N, 3)
-        Finite.
+        Finite positions.
     """
 
     kind: PoseKind
@@ -38,18 +38,18 @@ def read_poses(poses: Any) -> Poses:
     Parameters
     ----------
     poses : RigidTransform, or array_like, shape (N, 4, 4), or tuple of (rotations, positions)
-        Rotations of any kind that `RotationSpline` takes, and positions of shape (N, 3), in any unit of length.
+        Rotations of any kind that `RotationSpline` accepts, and positions of shape (N, 3), in any unit of length.
 
     Raises
     ------
     InvalidInputError
-        Another shape, not finite, a last row other than (0, 0, 0, 1).
+        Wrong shape, non-finite entries, a last row other than (0, 0, 0, 1).
     TypeError
         Not real numbers.
     """
     if is_transform(poses, "RigidTransform"):
         return _of_scipy(poses)
-    # Two matrices in a tuple are poses too.
+    # A tuple may also consist of two matrices.
     if isinstance(poses, tuple) and len(poses) == 2 and np.shape(poses[1]) != (4, 4):
         return _of_pair(*poses)
     return _of_matrices(poses)
@@ -58,8 +58,8 @@ def read_poses(poses: Any) -> Poses:
 def _of_scipy(poses: Any) -> Poses:
     positions = np.asarray(poses.translation, dtype=np.float64)
     if positions.ndim != 2:
-        found = "a single one" if positions.ndim == 1 else f"shape {positions.shape[:-1]}"
-        raise InvalidInputError(f"poses: expected N of them, found {found}")
+        found = "a single pose" if positions.ndim == 1 else f"shape {positions.shape[:-1]}"
+        raise InvalidInputError(f"poses: expected N poses, found {found}")
     check_knots_finite(positions, "poses", 1)
     return Poses("RigidTransform", poses.rotation, positions)
 
@@ -102,7 +102,7 @@ def give_back_poses(kind: PoseKind, rotations: Any, positions: Array) -> Any:
     Raises
     ------
     ImportError
-        SciPy is wanted and not installed, or older than 1.16.
+        A SciPy class is requested, and SciPy is not installed or older than 1.16.
     """
     if kind == "pair":
         return rotations, positions

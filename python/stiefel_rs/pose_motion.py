@@ -1,4 +1,4 @@
-"""What a spline of poses gives: poses, velocities and twists at times."""
+"""Evaluation of splines of poses: poses, velocities and twists at times."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class PoseMotion(AngularMotion):
-    """A curve of poses: what `PoseSpline` has beside its constructors."""
+    """Curve of poses: the methods of `PoseSpline` except its constructors."""
 
     def _set(
         self,
@@ -34,30 +34,30 @@ class PoseMotion(AngularMotion):
         self._rotations, self._positions = rotations, positions
 
     def __call__(self, t: ArrayLike) -> Any:
-        """Return poses of the kind that the spline was made from.
+        """Evaluate poses, of the same kind as the input of the spline.
 
         Parameters
         ----------
         t : array_like, shape T
-            Times, in s. SciPy's classes take one axis at most.
+            Times, in s; for SciPy's classes at most one axis.
 
         Returns
         -------
         RigidTransform, ndarray or tuple
-            Matrices have shape ``T + (4, 4)``; a tuple holds rotations of the kind that was given, and positions in m,
-            shape ``T + (3,)``.
+            Matrices have shape ``T + (4, 4)``; a tuple holds rotations of the same kind as the input, and positions in
+            m, shape ``T + (3,)``.
 
         Raises
         ------
         InvalidInputError
-            Times that are not finite, or outside without `extrapolate`.
+            Times that are not finite, or outside ``t_span`` if `extrapolate` is False.
         """
         times = real_array(t, "t")
         poses = give_back_poses(self._kind, self._rotations(times), self._linear(times, 0, "world"))
         return _in_library_of(t, poses)
 
     def rotation(self, t: ArrayLike) -> Any:
-        """Return rotations of the kind that the spline was made from.
+        """Evaluate rotations.
 
         Parameters
         ----------
@@ -67,17 +67,18 @@ class PoseMotion(AngularMotion):
         Returns
         -------
         Rotation or ndarray
-            Of a `RigidTransform` a `Rotation`, of matrices matrices, shape ``T + (3, 3)``, of a pair its own kind.
+            A `Rotation` for a spline of `RigidTransform`, matrices of shape ``T + (3, 3)`` for matrices, and for a pair
+            the kind of its rotations.
 
         Raises
         ------
         InvalidInputError
-            Times that are not finite, or outside without `extrapolate`.
+            Times that are not finite, or outside ``t_span`` if `extrapolate` is False.
         """
         return self._rotations(t)
 
     def position(self, t: ArrayLike) -> Array:
-        """Return positions in the world frame.
+        """Evaluate positions in the world frame.
 
         Parameters
         ----------
@@ -87,12 +88,12 @@ class PoseMotion(AngularMotion):
         Returns
         -------
         ndarray, shape T + (3,)
-            In m (the unit of the positions that were given).
+            In m (the unit of the given positions).
 
         Raises
         ------
         InvalidInputError
-            Times that are not finite, or outside without `extrapolate`.
+            Times that are not finite, or outside ``t_span`` if `extrapolate` is False.
         """
         return cast("Array", _in_library_of(t, self._linear(t, 0, "world")))
 
@@ -114,7 +115,7 @@ class PoseMotion(AngularMotion):
         Raises
         ------
         InvalidInputError
-            Times that are not finite, or outside without `extrapolate`; another frame.
+            Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
         """
         return cast("Array", _in_library_of(t, self._linear(t, 1, frame)))
 
@@ -126,7 +127,7 @@ class PoseMotion(AngularMotion):
         t : array_like, shape T
             Times, in s.
         frame : {"world", "body"}
-            Axes along which it is expressed: ``p''``, or ``R^T p''`` (an accelerometer measures the latter, less
+            Axes along which it is expressed: ``p''``, or ``R^T p''`` (an accelerometer measures the latter minus
             gravity).
 
         Returns
@@ -137,17 +138,17 @@ class PoseMotion(AngularMotion):
         Raises
         ------
         InvalidInputError
-            Times that are not finite, or outside without `extrapolate`; another frame.
+            Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
         """
         return cast("Array", _in_library_of(t, self._linear(t, 2, frame)))
 
     def linear_jerk(self, t: ArrayLike, frame: Frame = "world") -> Array:
-        """Return the jerk of the position, ``p'''``, constant on every piece.
+        """Return the jerk of the position, ``p'''``, which is constant on each piece.
 
         Parameters
         ----------
         t : array_like, shape T
-            Times, in s; at a knot, where it jumps, the jerk of the piece that follows.
+            Times, in s; at a knot, where the jerk jumps, the value of the following piece.
         frame : {"world", "body"}
             Axes along which it is expressed: ``p'''``, or ``R^T p'''``.
 
@@ -159,15 +160,15 @@ class PoseMotion(AngularMotion):
         Raises
         ------
         InvalidInputError
-            Times that are not finite, or outside without `extrapolate`; another frame.
+            Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
         """
         return cast("Array", _in_library_of(t, self._linear(t, 3, frame)))
 
     def twist(self, t: ArrayLike, frame: Frame = "body") -> Array:
-        """Return the twist, the velocity of the whole body, angular part first.
+        """Return the twist: angular and linear velocity of the body, angular part first.
 
         With ``T = [[R, p], [0, 1]]``, the twist ``(w, v)`` stands for the matrix ``[[hat(w), v], [0, 0]]``, which is
-        ``T^-1 T'`` for the body twist and ``T' T^-1`` for the one in the world, the spatial twist.
+        ``T^-1 T'`` for the body twist and ``T' T^-1`` for the spatial twist (frame "world").
 
         Parameters
         ----------
@@ -175,8 +176,8 @@ class PoseMotion(AngularMotion):
             Times, in s.
         frame : {"body", "world"}
             The body twist ``(w_body, R^T p')``, or the spatial twist ``(w_world, p' - w_world x p)``. The linear part
-            of the spatial twist is the velocity of the point of the body that is at the origin of the world, not
-            ``p'``, for which see `linear_velocity`.
+            of the spatial twist is the velocity of the point of the body at the origin of the world; `linear_velocity`
+            returns ``p'``.
 
         Returns
         -------
@@ -186,7 +187,7 @@ class PoseMotion(AngularMotion):
         Raises
         ------
         InvalidInputError
-            Times that are not finite, or outside without `extrapolate`; another frame.
+            Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
 
         Notes
         -----
@@ -204,7 +205,7 @@ class PoseMotion(AngularMotion):
 
     @property
     def position_spline(self) -> Any:
-        """SciPy's spline of the positions: a `CubicSpline` or, smoothed, a `BSpline`; it extrapolates."""
+        """SciPy spline of the positions, which extrapolates: a `CubicSpline`, or a `BSpline` if smoothed."""
         return self._positions
 
     @property
@@ -219,24 +220,24 @@ class PoseMotion(AngularMotion):
 
     @property
     def kind(self) -> PoseKind:
-        """Kind of poses that come out: ``"RigidTransform"``, ``"matrices"`` or ``"pair"``."""
+        """Kind of the poses returned: ``"RigidTransform"``, ``"matrices"`` or ``"pair"``."""
         return self._kind
 
     @property
     def extrapolate(self) -> bool:
-        """Whether the end pieces go on outside of ``t_span``."""
+        """Whether the end pieces are continued outside ``t_span``."""
         return self._rotations.extrapolate
 
     @property
     def bc_type(self) -> BcType | None:
-        """Conditions at the ends, as given; None of smoothing splines. Vectors are read-only, shape (2, 3)."""
+        """End conditions as given; None for smoothing splines. Vectors are read-only, shape (2, 3)."""
         return self._bc_type
 
     @property
     def lam(self) -> tuple[float | None, float | None] | None:
-        """Weights of the accelerations of rotations and of positions, in s^3; None unless smoothed.
+        """Weights of the accelerations of rotations and positions, in s^3; None unless smoothed.
 
-        The second is None where SciPy's cross-validation found one for each coordinate, which it does not return.
+        The second is None if SciPy's cross-validation chose a weight for each coordinate, which it does not return.
         """
         return self._lam
 

@@ -13,9 +13,9 @@ from .end_conditions import BcType
 from .errors import InvalidInputError
 from .rotation_input import scipy_module
 
-# Largest gap of a closed curve, in units of its largest coordinate, that is taken for round-off.
+# Largest gap of a closed curve that counts as round-off, relative to its largest coordinate.
 CLOSED: Final = 1e-9
-# As many data as scipy.interpolate.make_smoothing_spline needs.
+# Number of data that scipy.interpolate.make_smoothing_spline needs.
 SMOOTHED_AT_LEAST: Final = 5
 USE: Final = "PoseSpline"
 
@@ -26,7 +26,7 @@ def interpolating(t: Array, positions: Array, bc_type: BcType) -> Any:
     Raises
     ------
     InvalidInputError
-        Periodic ends whose positions differ.
+        The ends are periodic, and their positions differ.
     ImportError
         SciPy is not installed.
     """
@@ -34,25 +34,23 @@ def interpolating(t: Array, positions: Array, bc_type: BcType) -> Any:
     if bc_type == "periodic":
         positions = _closed(positions)
     try:
-        # What overflows is told by the error.
+        # Overflow is reported by an exception below.
         with np.errstate(all="ignore"):
             spline = scipy.CubicSpline(t, positions, bc_type=bc_type, extrapolate=True)
     except ValueError as error:
-        # Of checked arguments only what overflows is left.
-        raise InvalidInputError(
-            f"positions: too large, or times too far apart or too near, for floats ({error})"
-        ) from error
+        # For validated arguments the only possible error is an overflow.
+        raise InvalidInputError(f"positions: too large, or times too far apart or too close ({error})") from error
     _check_finite(spline.c)
     return spline
 
 
 def derivative(spline: Any, t: Array, order: int) -> Array:
-    """Return positions, or a derivative of them, at times of shape T, shape T + (3,).
+    """Evaluate positions, or a derivative of them, at times of shape T: shape T + (3,).
 
     Raises
     ------
     InvalidInputError
-        A number too large for a float.
+        The result overflows.
     """
     with np.errstate(all="ignore"):
         values: Array = spline(t, order)
@@ -62,14 +60,14 @@ def derivative(spline: Any, t: Array, order: int) -> Array:
 
 def _check_finite(values: Array) -> None:
     if not np.isfinite(values).all():
-        raise InvalidInputError("positions: a derivative is too large for a float; give times in a larger unit")
+        raise InvalidInputError("positions: a derivative overflows; use a larger unit of time")
 
 
 def _closed(positions: Array) -> Array:
     gap = float(np.abs(positions[-1] - positions[0]).max())
     if gap > CLOSED * float(np.abs(positions).max()):
         raise at_knot(
-            f"positions: the last must be the first again (the ends are periodic), found a gap of {gap:.3g}",
+            f"positions: the last must equal the first (periodic ends), found a gap of {gap:.3g}",
             len(positions) - 1,
         )
     closed = positions.copy()
@@ -80,23 +78,23 @@ def _closed(positions: Array) -> Array:
 def smoothing(t: ArrayLike, positions: Array, lam: float | None, weights: ArrayLike | None) -> Any:
     """Make the smoothing spline of positions, a `scipy.interpolate.BSpline`.
 
-    Without `lam`, cross-validation finds one for each coordinate.
+    Without `lam`, cross-validation chooses one for each coordinate.
 
     Raises
     ------
     InvalidInputError
-        Fewer than 5 positions, times that do not increase, a `lam` that is negative, not finite or so large that its
-        products are.
+        Fewer than 5 positions, times that do not increase, or a `lam` that is negative, not finite or so large that
+        products overflow.
     ImportError
         SciPy is not installed.
     """
     scipy = scipy_module("scipy.interpolate", USE)
     times = _increasing(t, len(positions))
     if lam is not None and not (np.isfinite(lam) and lam >= 0):
-        raise InvalidInputError(f"lam: expected a finite number of 0 or more for positions, found {lam}")
+        raise InvalidInputError(f"lam: expected a finite number of at least 0 for positions, found {lam}")
     w = None if weights is None else finite_array(weights, "weights")
-    # Lines are smoothed to themselves. SciPy's equations lose them where `lam` is large: of 200 positions up to 1 it is
-    # off by 0.04 for `lam` a million times the cube of the time.
+    # Smoothing leaves lines unchanged. SciPy's equations lose them to rounding if `lam` is large: for 200 positions up
+    # to 1, the error is 0.04 for a `lam` of a million times the cube of the duration.
     with np.errstate(all="ignore"):
         line = _line(times, positions, w)
         _check_finite(line(times))
@@ -106,15 +104,15 @@ def smoothing(t: ArrayLike, positions: Array, lam: float | None, weights: ArrayL
         with np.errstate(over="raise"):
             found = [scipy.make_smoothing_spline(times, column, w=w, lam=lam) for column in rest]
     except FloatingPointError as error:
-        raise InvalidInputError(f"positions: too large, or lam ({lam}), for floats ({error})") from error
+        raise InvalidInputError(f"positions: too large, or lam ({lam}) too large ({error})") from error
     knots = found[0].t
-    # The coefficients of a line are its values at the means of three knots (Greville).
+    # The coefficients of a line are its values at the Greville abscissae, means of three knots.
     means = (knots[1:-3] + knots[2:-2] + knots[3:-1]) / 3
     return scipy.BSpline(knots, np.stack([spline.c for spline in found], axis=-1) + line(means), 3)
 
 
 def _line(times: Array, positions: Array, weights: Array | None) -> Callable[[Array], Array]:
-    """Return the straight line that is nearest to positions in the least squares, a function of time."""
+    """Return the least-squares line through positions, as a function of time."""
     # Products of the largest weights may overflow.
     w = np.ones(len(times)) if weights is None else weights / weights.max()
     middle = np.average(times, weights=w)
@@ -130,7 +128,7 @@ def _increasing(t: ArrayLike, count: int) -> Array:
     if times.shape != (count,):
         raise InvalidInputError(f"t: expected one time for each of the {count} poses, found shape {times.shape}")
     if count < SMOOTHED_AT_LEAST:
-        raise InvalidInputError(f"poses: smoothing needs at least {SMOOTHED_AT_LEAST}, found {count}")
+        raise InvalidInputError(f"poses: smoothing needs at least {SMOOTHED_AT_LEAST} poses, found {count}")
     falls = np.diff(times) <= 0
     if falls.any():
         knot = int(np.argmax(falls)) + 1

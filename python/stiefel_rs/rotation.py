@@ -27,47 +27,47 @@ __all__ = ["RotationSpline"]
 class RotationSpline(RotationMotion):
     """Interpolate rotations by a cubic spline on the rotation group.
 
-    Angular rate and angular acceleration are continuous. Among all curves through the rotations with the given ends,
-    the spline makes the integral of the squared angular acceleration stationary. It takes the place of
-    `scipy.spatial.transform.RotationSpline`, and returns the kind of rotations that it was made from.
+    Angular rate and angular acceleration are continuous. Among all curves through the rotations with the given end
+    conditions, the integral of the squared angular acceleration is stationary. The class can replace
+    `scipy.spatial.transform.RotationSpline`. It returns rotations of the same kind as its input.
 
     Parameters
     ----------
     t : array_like, shape (N,) or (..., N)
-        Times of the rotations, increasing, two or more, in s. With leading axes, each spline of a batch has its own.
+        At least two increasing times, in s. With leading axes, each spline of a batch has its own times.
     rotations : Rotation, or array_like, shape (..., N, 4) or (..., N, 3, 3)
-        SciPy's rotations, N of them; quaternions, scalar last, of any length but zero; or matrices, orthonormal to 1e-9
-        (float32: 1e-5), of determinant 1. Quaternions and matrices with leading axes make many splines at once.
+        N rotations: a SciPy `Rotation`; quaternions, scalar last, of any nonzero length; or matrices, orthonormal to
+        1e-9 (float32: 1e-5), with determinant 1. Quaternions and matrices with leading axes make a batch of splines.
     bc_type : str or pair, default "natural"
-        Conditions at the ends: ``"natural"``, no angular acceleration; ``"clamped"``, no angular rate; ``"periodic"``,
-        the last rotation is the first one, and rate and acceleration agree there. Or a pair of conditions for the first
+        End conditions: ``"natural"``, zero angular acceleration; ``"clamped"``, zero angular rate; ``"periodic"``,
+        the last rotation equals the first, and rate and acceleration agree there. Or a pair of conditions for the first
         and the last rotation: each ``"natural"``, ``"clamped"``, ``(1, w)`` with an angular rate in rad/s or ``(2, a)``
         with an angular acceleration in rad/s^2, of shape (3,), in the body frame.
     times : array_like, optional
-        Another name of `t`, which SciPy's class has.
+        Alias of `t`, as in SciPy.
     extrapolate : bool, default True
-        Whether the first and the last piece go on outside of ``[t[0], t[-1]]``. If False, times there raise; a time
-        within 4 units in the last place of the larger end counts as that end.
+        If True, the first and the last piece are continued outside ``[t[0], t[-1]]``. If False, such times raise,
+        except within 4 ulp of an end (of the larger end in absolute value), which count as that end.
     project : bool, default False
-        Whether matrices that are not orthonormal are replaced by the nearest rotations.
+        If True, matrices that are not orthonormal are replaced by the nearest rotations.
     tol : float, default 1e-12
-        Largest angle, in rad, by which a piece may miss its knot, and largest jump of the acceleration, in units of the
-        piece's duration.
+        Largest angle, in rad, between the end of a piece and its knot, and largest jump of the acceleration, with the
+        duration of the piece as the unit of time.
     max_iterations : int, default 200
-        Limit of the iterations.
+        Largest number of iterations.
     tension : float, default 0.0
-        Weight of the squared rate against the squared acceleration, in 1/s^2, as for `CubicSpline`.
+        Weight of the squared rate relative to the squared acceleration, in 1/s^2, as for `CubicSpline`.
     num_threads : int, optional
-        Threads; by default those of the global pool.
+        Number of threads; by default the size of the global pool.
 
     Raises
     ------
     InvalidInputError
-        Shapes or numbers that do not match, not finite, times that do not increase, a quaternion of length zero, a
-        matrix that is no rotation (with its defect). Names the knot, and carries it as ``knot``.
+        Mismatched shapes or numbers, non-finite entries, times that do not increase, a quaternion of length zero, a
+        matrix that is not a rotation (with its defect). Names the knot; carries ``knot``.
     OutsideDomainError
-        Neighbours half a turn apart, between which no shortest way is unique; carries ``knot``, the first of the two,
-        and ``angle`` in rad.
+        Two consecutive rotations are half a turn apart, so that the shortest path is not unique; carries ``knot``, the
+        index of the first, and ``angle`` in rad.
     ConvergenceError
         No spline was found; carries ``report``.
     TypeError
@@ -75,19 +75,19 @@ class RotationSpline(RotationMotion):
 
     See Also
     --------
-    PoseSpline : rotations with positions.
-    CubicSpline : the same on any Stiefel manifold.
+    PoseSpline : splines of rotations with positions.
+    CubicSpline : splines on any Stiefel manifold.
 
     Notes
     -----
     With the body rate ``w``, defined by ``R' = R hat(w)`` and ``hat(w) x = w x x``, the pieces solve ``w''' = w'' x w``
-    (Noakes, Heinzinger, Paden 1989). Rotations about one axis give the cubic spline of their angle.
+    (Noakes, Heinzinger, Paden 1989). For rotations about a fixed axis the spline is the cubic spline of the angle.
 
     In the world frame, vectors are expressed along the axes of the world: ``R w``, ``R w'`` and ``R w''``. The first
-    two are the world rate and its derivative. The derivative of the world acceleration is ``R (w'' + w x w')``.
+    two are the world rate and its derivative, but the derivative of the second is ``R (w'' + w x w')``.
 
-    ``spline.curve.save(path)`` writes a file; ``RotationSpline.from_curve(stiefel_rs.load(path))`` reads it. Neither
-    needs SciPy, which is imported only for rotations of its own.
+    ``spline.curve.save(path)`` writes a file; ``RotationSpline.from_curve(stiefel_rs.load(path))`` reads it. SciPy is
+    imported only for `Rotation` objects.
 
     Examples
     --------
@@ -102,7 +102,7 @@ class RotationSpline(RotationMotion):
     >>> spline([0.5, 1.5], 1).shape  # body rates, rad/s
     (2, 3)
 
-    Quaternions come out as quaternions, with no jumps of sign. Here, half a turn about z in two steps:
+    Quaternions in give quaternions out, without jumps of sign. Here, half a turn about z in two steps:
 
     >>> spline = RotationSpline([0.0, 1.0, 2.0], [[0, 0, 0, 1], [0, 0, 1, 1], [0, 0, -1, 0]], bc_type="clamped")
     >>> spline(2.0).round(12) + 0.0
@@ -137,7 +137,7 @@ class RotationSpline(RotationMotion):
 
     @classmethod
     def _made(cls, curves: Sequence[Curve], rotations: Array, kind: RotationKind, extrapolate: bool) -> RotationSpline:
-        """Make splines of curves near rotations, shape (..., N, 4), whose sign at the first knot they have."""
+        """Make splines from curves near rotations, shape (..., N, 4), with the sign of the first rotation."""
         starts = rotations[..., 0, :].reshape(-1, 4)
         members = [RotationCurve.of_curve(*each) for each in zip(curves, starts, strict=True)]
         self = cls.__new__(cls)
@@ -153,11 +153,11 @@ class RotationSpline(RotationMotion):
         Parameters
         ----------
         curve : CubicSpline, SmoothingSpline or CubicHermite
-            Of Riemannian cubics, through matrices of determinant 1.
+            A curve of Riemannian cubics through matrices of determinant 1.
         kind : {"quaternions", "matrices", "Rotation"}
             Kind of rotations that the spline returns.
         extrapolate : bool, optional
-            As for the class; by default as the curve has it.
+            As for the class; by default ``curve.extrapolate``.
 
         Returns
         -------
@@ -166,7 +166,7 @@ class RotationSpline(RotationMotion):
         Raises
         ------
         InvalidInputError
-            Another curve, or another kind.
+            The curve or the kind is not supported.
 
         Examples
         --------
@@ -198,35 +198,35 @@ class RotationSpline(RotationMotion):
         max_iterations: int = 200,
         num_threads: int | None = None,
     ) -> RotationSpline:
-        """Fit a spline near rotations rather than through them.
+        """Fit a smoothing spline near rotations.
 
-        Makes ``sum_i weights[i] angle_i^2 + lam J`` stationary: ``angle_i``, in rad, is the angle from rotation i to
-        the curve, and ``J`` the integral of the squared angular acceleration, in rad^2/s^3.
+        Makes ``sum_i weights[i] angle_i^2 + lam J`` stationary, where ``angle_i`` is the angle from rotation i to the
+        curve, in rad, and ``J`` the integral of the squared angular acceleration, in rad^2/s^3.
 
         Parameters
         ----------
         t : array_like, shape (N,) or (..., N)
-            Times in order, in s; they may repeat.
+            Nondecreasing times, in s.
         rotations : Rotation, or array_like, shape (..., N, 4) or (..., N, 3, 3)
             As for the class.
         lam : float, optional
-            Weight of the acceleration, 0 or more, in s^3; 0 interpolates. By default the value that generalised
-            cross-validation finds, for three rotations or more.
+            Weight of the acceleration, at least 0, in s^3; 0 interpolates. By default chosen by generalised
+            cross-validation, which needs at least three rotations.
         weights : array_like, shape (N,), optional
-            Positive, without unit; all 1 by default.
+            Positive weights, dimensionless; by default 1.
         extrapolate, project : bool
             As for the class.
         tol : float, default 1e-11
             As for `SmoothingSpline`.
         max_iterations : int, default 200
-            Limit of the iterations.
+            Largest number of iterations.
         num_threads : int, optional
-            Threads; by default those of the global pool.
+            Number of threads; by default the size of the global pool.
 
         Returns
         -------
         RotationSpline
-            With the attribute ``lam``. Its knots are the distinct times, its ``rotations`` those of the curve there.
+            Spline with the attribute ``lam``. Its knots are the distinct times; ``rotations`` are those of the curve.
 
         Raises
         ------
@@ -264,13 +264,13 @@ class RotationSpline(RotationMotion):
     ) -> RotationSpline:
         """Interpolate rotations with given angular rates.
 
-        The rate is continuous; the acceleration jumps at the rotations. Between rotations half a turn apart the rates
-        decide which way the curve goes; where they do not, a rotation in between does.
+        The rate is continuous; the acceleration jumps at the knots. Between rotations half a turn apart the rates
+        determine the direction of rotation; if they do not, add a rotation in between.
 
         Parameters
         ----------
         t : array_like, shape (N,) or (..., N)
-            Times, increasing, in s.
+            Increasing times, in s.
         rotations : Rotation, or array_like, shape (..., N, 4) or (..., N, 3, 3)
             As for the class.
         rates : array_like, shape (..., N, 3)
@@ -280,7 +280,7 @@ class RotationSpline(RotationMotion):
         extrapolate, project : bool
             As for the class.
         num_threads : int, optional
-            Threads; by default those of the global pool.
+            Number of threads; by default the size of the global pool.
 
         Returns
         -------

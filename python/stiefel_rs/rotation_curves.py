@@ -1,4 +1,4 @@
-"""The compiled curves behind a spline of rotations: one, or an array of them."""
+"""Compiled curves of a spline of rotations: a single one, or an array."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RotationCurves:
-    """Curves of rotations with leading axes.
+    """Array of curves of rotations.
 
     Attributes
     ----------
     members : tuple of RotationCurve
-        In C order.
+        Curves in C order.
     shape : tuple of int
-        Leading axes; without any, there is one member, and values are no arrays.
+        Leading axes; without any there is one member, and values are scalars.
     extrapolate : bool
-        Whether times outside of the knots are allowed.
+        Whether times outside the knots are allowed.
     """
 
     members: tuple[RotationCurve, ...]
@@ -48,12 +48,12 @@ class RotationCurves:
 
     @property
     def t_span(self) -> tuple[Any, Any]:
-        """First and last time, in s, each a float or of shape ``(...)``."""
+        """First and last time, in s, each a float or an array of shape ``(...)``."""
         first = self.values(float(member.t[0]) for member in self.members)
         return first, self.values(float(member.t[-1]) for member in self.members)
 
     def at_knots(self) -> Array:
-        """Quaternions at the knots, shape ``(...) + (N, 4)``."""
+        """Return quaternions at the knots, shape ``(...) + (N, 4)``."""
         out = np.empty((*self.t.shape, 4))
         rows = out.reshape(len(self.members), *out.shape[-2:])
         for row, member in zip(rows, self.members, strict=True):
@@ -83,12 +83,12 @@ class RotationCurves:
         return t if self.extrapolate else times_within(t, float(member.t[0]), float(member.t[-1]))
 
     def values(self, numbers: Any) -> Any:
-        """Return a number for each member as an array of shape ``(...)``, or the number of the only one."""
+        """Return one number per member as an array of shape ``(...)``, or the number of a single curve."""
         found = list(numbers)
         return np.reshape(found, self.shape) if self.shape else found[0]
 
     def objects(self, things: Sequence[Any]) -> Any:
-        """Return an object for each member as an array of shape ``(...)``, or the object of the only one."""
+        """Return one object per member as an array of shape ``(...)``, or the object of a single curve."""
         if not self.shape:
             return things[0]
         out = np.empty(len(things), dtype=object)
@@ -100,12 +100,12 @@ class RotationCurves:
 def flat_batch(t: ArrayLike, quaternions: Array) -> tuple[Any, Array]:
     """Return times, shape (N,) or (M, N), and quaternions, shape (M, N, 4), of a batch.
 
-    Their numbers are checked where they are used, whole numbers that no float is among them.
+    Times are validated where they are used, where integers that are not exactly floats raise.
 
     Raises
     ------
     InvalidInputError
-        Times of another shape, or masked.
+        The times have a wrong shape, or are masked.
     """
     shape = quaternions.shape[:-1]
     members = quaternions.reshape(math.prod(shape[:-1]), shape[-1], 4)
@@ -119,7 +119,7 @@ def flat_batch(t: ArrayLike, quaternions: Array) -> tuple[Any, Array]:
 
 
 def each_member(t: ArrayLike, quaternions: Array) -> list[tuple[Any, Array]]:
-    """Return times, shape (N,), and quaternions, shape (N, 4), of every spline, of which there may be only one."""
+    """Return times, shape (N,), and quaternions, shape (N, 4), of each spline; a single spline counts as one."""
     if quaternions.ndim == 2:
         return [(t, quaternions)]
     times, members = flat_batch(t, quaternions)

@@ -1,4 +1,4 @@
-"""Rotations as people have them, read into quaternions and given back."""
+"""Conversion of rotations from and to SciPy's `Rotation`, quaternions and matrices."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ ORTHONORMAL_SINGLE: Final = 1e-5
 
 
 def scipy_module(name: str, use: str) -> Any:
-    """Import a module of SciPy, which this package does not depend on.
+    """Import a module of SciPy, which is not a dependency of this package.
 
     Raises
     ------
     ImportError
-        SciPy is not installed; says what needs it.
+        SciPy is not installed; the message states what needs it.
     """
     try:
         return import_module(name)
     except ImportError as error:
         raise ImportError(
-            f"{use} needs SciPy, which is no dependency of stiefel_rs ({error}): pip install scipy"
+            f"{use} needs SciPy, which is not installed with stiefel_rs ({error}): pip install scipy"
         ) from error
 
 
 def is_transform(thing: object, name: str) -> bool:
-    """Whether an object is of a class of `scipy.spatial.transform`, without importing that."""
+    """Whether an object is of a class of `scipy.spatial.transform`, without importing SciPy."""
     module = sys.modules.get("scipy.spatial.transform")
     found = getattr(module, name, None)
     return isinstance(found, type) and isinstance(thing, found)
@@ -49,27 +49,27 @@ def read_rotations(rotations: Any, *, project: bool = False) -> tuple[RotationKi
     Parameters
     ----------
     rotations : Rotation, or array_like, shape (..., N, 4) or (..., N, 3, 3)
-        SciPy's rotations, N of them; quaternions, scalar last, of any length but zero; or matrices.
+        N rotations: a SciPy `Rotation`; quaternions, scalar last, of any nonzero length; or matrices.
     project : bool, default False
-        Whether matrices are replaced by the nearest rotations first.
+        If True, matrices are replaced by the nearest rotations first.
 
     Returns
     -------
     kind : {"Rotation", "quaternions", "matrices"}
     quaternions : ndarray, shape (..., N, 4)
-        Scalar last, of any length but zero.
+        Scalar last, of any nonzero length.
 
     Raises
     ------
     InvalidInputError
-        Another shape, not finite, a quaternion of length zero, a matrix that is no rotation (with its defect).
+        Wrong shape, non-finite entries, a quaternion of length zero, a matrix that is not a rotation (with its defect).
     TypeError
         Not real numbers.
     """
     if is_transform(rotations, "Rotation"):
         return "Rotation", _of_scipy(rotations)
     if isinstance(rotations, list | tuple) and any(is_transform(item, "Rotation") for item in rotations):
-        raise TypeError("rotations: found a list of Rotation objects; join them by Rotation.concatenate")
+        raise TypeError("rotations: found a list of Rotation objects; join them with Rotation.concatenate")
     single = is_single(rotations)
     array = real_array(rotations, "rotations")
     if array.ndim >= 2 and array.shape[-1] == 4:
@@ -85,7 +85,7 @@ def read_rotations(rotations: Any, *, project: bool = False) -> tuple[RotationKi
 
 
 def is_single(values: Any) -> bool:
-    """Whether numbers are given in single precision or less, as an array or as a list of such."""
+    """Whether the numbers of an array or of a list of arrays have single precision or less."""
     try:
         dtype = np.asarray(values).dtype
     except ValueError:
@@ -100,7 +100,7 @@ def _of_scipy(rotations: Any) -> Array:
     if quaternions.ndim > 2:
         shape = quaternions.shape[:-1]
         raise InvalidInputError(
-            f"rotations: expected N of them, found shape {shape}; batches are made from quaternions or matrices"
+            f"rotations: expected N rotations, found shape {shape}; for batches use quaternions or matrices"
         )
     check_knots_finite(quaternions, "rotations", 1)
     return quaternions
@@ -119,7 +119,7 @@ def _rotation_matrices(matrices: Array, *, single: bool, project: bool) -> Array
     if project:
         matrices = Stiefel(3, 3).project(matrices)
     else:
-        # Huge entries overflow, and may leave NaN, which must not pass.
+        # Huge entries overflow and may give NaN, which must be rejected.
         with np.errstate(over="ignore", invalid="ignore"):
             defects = np.abs(np.swapaxes(matrices, -1, -2) @ matrices - np.eye(3)).max(axis=(-1, -2))
             bad = ~(defects <= tolerance)
@@ -128,7 +128,7 @@ def _rotation_matrices(matrices: Array, *, single: bool, project: bool) -> Array
             defect = defects.flat[worst]
             raise at_knot(
                 f"rotations: the matrix is not orthonormal, by {defect:.3g} (tolerance {tolerance:g}; "
-                "project=True takes the nearest rotation)",
+                "project=True uses the nearest rotation)",
                 *located(worst, lead),
             )
     determinants = np.linalg.det(matrices)
@@ -139,8 +139,8 @@ def _rotation_matrices(matrices: Array, *, single: bool, project: bool) -> Array
 
 
 def unit(quaternions: Array) -> Array:
-    """Return quaternions, shape ``(..., 4)``, scaled to length 1; they may be of any length but zero."""
-    # Squares neither overflow nor vanish then.
+    """Return quaternions of any nonzero length, shape ``(..., 4)``, scaled to length 1."""
+    # Prevents squares from overflowing and underflowing.
     scaled = quaternions / np.abs(quaternions).max(axis=-1, keepdims=True)
     return np.asarray(scaled / np.linalg.norm(scaled, axis=-1, keepdims=True))
 
@@ -156,7 +156,8 @@ def quaternions_of(matrices: Array) -> Array:
     Returns
     -------
     ndarray, shape (..., 4)
-        Scalar last, those of the nearest rotations up to the square of the defect; the largest entry is positive.
+        Quaternions, scalar last, of the nearest rotations up to the square of the defect; the largest entry is
+        positive.
 
     Notes
     -----
@@ -223,7 +224,7 @@ def give_back(kind: RotationKind, quaternions: Array) -> Any:
     Raises
     ------
     ImportError
-        SciPy is wanted and not installed.
+        A SciPy class is requested, and SciPy is not installed.
     """
     if kind == "quaternions":
         return quaternions

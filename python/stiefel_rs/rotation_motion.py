@@ -1,4 +1,4 @@
-"""What a spline of rotations gives: rotations and rates at times, and numbers of the whole curve."""
+"""Evaluation of splines of rotations: rotations and rates at times, and properties of the whole curve."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from ._core import RotationCurve
 
 MAX_ORDER: Final = 3
-# As many axes of times as scipy.spatial.transform.RotationSpline takes.
+# Largest number of axes of times that scipy.spatial.transform.RotationSpline accepts.
 SCIPY_AXES: Final = 1
 
 
 class RotationMotion(AngularMotion):
-    """A curve of rotations, or a batch of them: what `RotationSpline` has beside its constructors."""
+    """Curve of rotations, or a batch of curves: the methods of `RotationSpline` except its constructors."""
 
     _curves: RotationCurves
     _kind: RotationKind
@@ -44,35 +44,35 @@ class RotationMotion(AngularMotion):
         self._kind, self._bc_type = kind, bc_type
 
     def __call__(self, t: ArrayLike | None = None, order: int = 0, *, times: ArrayLike | None = None) -> Any:
-        """Return rotations, or their rates in the body frame.
+        """Evaluate rotations, or their rates in the body frame.
 
         Parameters
         ----------
         t : array_like, shape T
-            Times, in s, the same for all splines of a batch. SciPy's rotations take one axis at most, as in SciPy.
+            Times, in s, shared by all splines of a batch; for SciPy's `Rotation` at most one axis.
         order : {0, 1, 2, 3}
             0 for rotations; 1, 2 and 3 for angular rate, acceleration and jerk.
         times : array_like, optional
-            Another name of `t`, which SciPy's class has.
+            Alias of `t`, as in SciPy.
 
         Returns
         -------
         Rotation or ndarray
-            Rotations of the kind that the spline was made from: quaternions of shape ``(...) + T + (4,)``, scalar last,
-            of length 1, continuous in ``t`` and, where they are interpolated, of the sign given at the first knot;
-            matrices of shape ``(...) + T + (3, 3)``. Rates of shape ``(...) + T + (3,)``, in rad/s^order, in the body
-            frame. ``(...)`` are the leading axes of a batch.
+            Rotations of the same kind as the input of the spline: unit quaternions of shape ``(...) + T + (4,)``,
+            scalar last, continuous in ``t`` and, if interpolated, with the given sign at the first knot; or matrices of
+            shape ``(...) + T + (3, 3)``. Rates of shape ``(...) + T + (3,)``, in rad/s^order, in the body frame.
+            ``(...)`` are the leading axes of a batch.
 
         Raises
         ------
         InvalidInputError
-            Times that are not finite, or outside without `extrapolate`; another order.
+            Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown order.
         """
         t = either(t, times)
         if np.ndim(order) or order not in range(MAX_ORDER + 1):
             raise InvalidInputError(f"order: must be 0, 1, 2 or 3, found {order!r}")
         if self._kind == "Rotation" and np.ndim(t) > SCIPY_AXES:
-            raise InvalidInputError(f"t: Rotation objects take one axis of times at most, found shape {np.shape(t)}")
+            raise InvalidInputError(f"t: Rotation objects allow at most one axis of times, found shape {np.shape(t)}")
         if order:
             return _in_library_of(t, self._curves.rates(t, int(order)))
         return _in_library_of(t, give_back(self._kind, self._curves.quaternions(t)))
@@ -80,7 +80,7 @@ class RotationMotion(AngularMotion):
     def cost(self) -> Any:
         """Return the integral of the squared angular acceleration over ``t_span``.
 
-        Of a spline in tension, the integral of ``|a|^2 + tension |w|^2``.
+        For a spline in tension, the integral of ``|a|^2 + tension |w|^2``.
 
         Returns
         -------
@@ -106,17 +106,17 @@ class RotationMotion(AngularMotion):
 
     @property
     def curve(self) -> Any:
-        """The curve on St(3, 3), a `CubicSpline`, `SmoothingSpline` or `CubicHermite`; an object array for a batch."""
+        """Curve on St(3, 3): a `CubicSpline`, `SmoothingSpline` or `CubicHermite`; an object array for a batch."""
         return self._curves.objects([member.curve for member in self._curves.members])
 
     @property
     def report(self) -> Any:
-        """How the spline was solved for, a `SolverReport` or None; an object array for a batch."""
+        """Outcome of the solver, a `SolverReport` or None; an object array for a batch."""
         return self._curves.objects([member.report for member in self._curves.members])
 
     @property
     def lam(self) -> Any:
-        """Weight of the acceleration of a smoothing spline, in s^3, shape (...); None of other splines."""
+        """Weight of the acceleration of a smoothing spline, in s^3, shape (...); None for other splines."""
         curves = [member.curve for member in self._curves.members]
         found = [curve.lam for curve in curves if isinstance(curve, SmoothingSpline)]
         return self._curves.values(found) if len(found) == len(curves) else None
@@ -128,12 +128,12 @@ class RotationMotion(AngularMotion):
 
     @property
     def times(self) -> Array:
-        """The same as `t`, by the name that SciPy has for it."""
+        """Alias of `t`, as in SciPy."""
         return self.t
 
     @property
     def rotations(self) -> Any:
-        """Rotations at the knots, of the kind that was given; quaternions have length 1 and continuous sign."""
+        """Rotations at the knots, of the same kind as the input; quaternions have length 1 and continuous sign."""
         return give_back(self._kind, self._curves.at_knots())
 
     @property
@@ -143,17 +143,17 @@ class RotationMotion(AngularMotion):
 
     @property
     def kind(self) -> RotationKind:
-        """Kind of rotations that come out: ``"Rotation"``, ``"quaternions"`` or ``"matrices"``."""
+        """Kind of the rotations returned: ``"Rotation"``, ``"quaternions"`` or ``"matrices"``."""
         return self._kind
 
     @property
     def extrapolate(self) -> bool:
-        """Whether the end pieces go on outside of ``t_span``."""
+        """Whether the end pieces are continued outside ``t_span``."""
         return self._curves.extrapolate
 
     @property
     def bc_type(self) -> BcType | None:
-        """Conditions at the ends, as given; None of smoothing and Hermite splines. Vectors are read-only."""
+        """End conditions as given; None for smoothing and Hermite splines. Vectors are read-only."""
         return self._bc_type
 
     def __repr__(self) -> str:

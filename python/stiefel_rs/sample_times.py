@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .errors import InvalidInputError
 
 MAX_SAMPLES: Final = 10_000_000
-# Part of a step by which the end may be missed in rounding, and still counts.
+# Rounding error at the end, as a fraction of a step, up to which the end is included.
 _ROUNDING: Final = 1e-9
 
 
@@ -21,9 +21,9 @@ def at_rate(span: float, rate: float) -> NDArray[np.float64]:
     Raises
     ------
     InvalidInputError
-        They are too many.
+        There would be too many times.
     """
     steps = span * rate + _ROUNDING
     if steps >= MAX_SAMPLES:
-        raise InvalidInputError(f"--rate {rate:g}: {steps:.3g} times in {span:g} s, at most {MAX_SAMPLES} allowed")
+        raise InvalidInputError(f"--rate {rate:g}: {steps:.3g} times in {span:g} s, must be at most {MAX_SAMPLES}")
     return np.minimum(np.arange(math.floor(steps) + 1) / rate, span)

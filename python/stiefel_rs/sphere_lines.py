@@ -17,7 +17,7 @@ def circle(centre: Array, u: Array, v: Array) -> Array:
 
 
 def grid_lines() -> Iterator[Array]:
-    """Parallels and meridians every 30 degrees, each of shape ``(181, 3)``."""
+    """Yield parallels and meridians every 30 degrees, each of shape ``(181, 3)``."""
     x, y, z = np.eye(3)
     for latitude in np.radians(np.arange(-60, 61, 30)):
         yield circle(np.sin(latitude) * z, np.cos(latitude) * x, np.cos(latitude) * y)

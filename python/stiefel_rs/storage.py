@@ -1,4 +1,4 @@
-"""Curves in files: archives of plain arrays, with a version, checked when they are read."""
+"""Curves in files: archives of plain arrays with a version, validated when they are read."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 __all__ = ["load"]
 
-# NumPy parses the headers of arrays with `ast`, and the parser of CPython 3.11 counts its depth for all threads
-# together: a switch between two of them ends now and then in SystemError (cpython#106905).
+# NumPy parses the headers of arrays with `ast`, and the parser of CPython 3.11 counts its recursion depth for all
+# threads together: a thread switch occasionally causes a SystemError (cpython#106905).
 _one_parser = threading.Lock()
 
 
 @contextmanager
 def naming(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Name the file that was asked for where it cannot be read or written, not one that was to become it, or none."""
+    """Make errors name the requested file, not a temporary file in its place."""
     try:
         yield
     except OSError as error:
@@ -39,18 +39,18 @@ def naming(path: str | os.PathLike[str]) -> Iterator[None]:
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
-    """Open a file beside `path`, and put it in its place once it is whole.
+    """Open a temporary file next to `path`, which replaces `path` once it is complete.
 
     Raises
     ------
     OSError
-        The file cannot be written, or its folder.
+        The file or its folder cannot be written.
     """
-    # A link stays one, and leads to the new file.
+    # A link is kept, and points to the new file.
     name = os.path.realpath(os.fsdecode(path))
     with naming(path):
         if os.path.exists(name) and not os.path.isfile(name):
-            # A device or a pipe must not be replaced; a folder is refused here.
+            # A device or a pipe must not be replaced; opening a folder raises.
             with open(name, "wb") as file:
                 yield file
             return
@@ -65,13 +65,13 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
 
 
 def write(form: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
-    """Write the stored form of a curve; a file that is there is replaced once the new one is written."""
+    """Write the stored form of a curve; an existing file is replaced once the new one is complete."""
     with replacing(path) as file:
         np.savez(file, **form)
 
 
 def load(path: str | os.PathLike[str]) -> Curve:
-    """Read a curve that ``curve.save(path)`` has written: the same curve, to the last bit.
+    """Load a curve that was saved by ``curve.save(path)``: the same curve, to the last bit.
 
     Parameters
     ----------
@@ -81,13 +81,13 @@ def load(path: str | os.PathLike[str]) -> Curve:
     Returns
     -------
     Curve
-        Of the class that was saved.
+        Curve of the same class.
 
     Raises
     ------
     InvalidInputError
-        The file is no curve of this package, is of a newer version, or is damaged, or its numbers make no curve (points
-        off the manifold, steps that do not join, with the measured gap); says what is wrong, and names the file.
+        The file is not a curve of this package, has a newer version, or is damaged, or its numbers are inconsistent
+        (points off the manifold, steps that do not join, with the measured gap). The message names the file.
     OSError
         The file cannot be read.
 
@@ -108,19 +108,19 @@ def load(path: str | os.PathLike[str]) -> Curve:
     try:
         form = _read(content)
         return _restored(form)
-    # Whatever a reader of archives or of curves makes of damaged bytes.
+    # Damaged bytes may raise any exception.
     except Exception as error:
         raise InvalidInputError(f"{name}: {str(error) or type(error).__name__}") from error
 
 
 def _read(content: bytes) -> dict[str, Any]:
-    """Read the arrays of an archive; words and numbers as such."""
+    """Read the arrays of an archive; those without axes as strings and numbers."""
     if content[:2] != b"PK":
-        raise InvalidInputError("no archive of arrays (.npz)")
+        raise InvalidInputError("not an archive of arrays (.npz)")
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        # As they are written. A small compressed file may be larger than memory.
+        # This package writes uncompressed arrays. A small compressed file may exceed the memory.
         if any(member.compress_type != zipfile.ZIP_STORED for member in archive.infolist()):
-            raise InvalidInputError("compressed arrays, which this package does not write")
+            raise InvalidInputError("compressed arrays, which this package never writes")
     with _one_parser, np.load(io.BytesIO(content), allow_pickle=False) as archive:
         arrays = {key: archive[key] for key in archive.files}
     return {key: array if array.ndim else array.item() for key, array in arrays.items()}

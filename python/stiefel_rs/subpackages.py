@@ -1,6 +1,6 @@
-"""Subpackages as attributes of the package, imported when they are first used.
+"""Subpackages as attributes of the package, imported on first use.
 
-They need packages that may be missing, or take long to import.
+They need optional dependencies, or take long to import.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def subpackage(name: str) -> ModuleType:
     Raises
     ------
     AttributeError
-        There is none of that name, or a package that it needs is missing: so `hasattr` and `help` pass it by.
+        No subpackage has this name, or one of its dependencies is missing; `hasattr` and `help` then skip it.
     """
     if name in SUBPACKAGES:
         try:

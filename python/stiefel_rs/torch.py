@@ -1,11 +1,11 @@
 """Functions of frames, rotations and curves for PyTorch, with derivatives. Needs the extra `torch`.
 
-`backward`, `torch.func.grad`, `jvp`, `vmap` and `jacrev` work on all of them, and mix. Exponentials, logarithms and
-solves are computed in double precision; single precision is converted there and back. Tensors must be on the CPU;
-nothing is traced or compiled. Derivatives go through solves by the implicit function theorem: nothing is unrolled, and
-a gradient costs one transposed solve for any number of times. Points and vectors are first projected onto what they
-should be, so that derivatives in any direction are defined; a defect of more than 1e-3 is an error. Second derivatives
-are not available.
+`backward`, `torch.func.grad`, `jvp`, `vmap` and `jacrev` work for all functions, and can be combined. Exponentials,
+logarithms and solves are computed in double precision; tensors in single precision are converted there and back.
+Tensors must be on the CPU; nothing is traced or compiled. Solves are differentiated by the implicit function theorem:
+nothing is unrolled, and a gradient costs one transposed solve for any number of times. Points are first projected to
+the manifold, and vectors to its tangent space, so that derivatives in any direction are defined; a defect above 1e-3
+raises. Second derivatives are not available.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def _tensor(array: Any, like: Tensor) -> Tensor:
 
 
 def _stacked(size: int, dims: Sequence[int | None], tensors: Sequence[Tensor]) -> list[Tensor]:
-    """Move the axis of a batch to the front, and repeat what does not have it."""
+    """Move the batch axis to the front, and broadcast tensors without one."""
     return [
         tensor.expand(size, *tensor.shape) if dim is None else tensor.movedim(dim, 0)
         for tensor, dim in zip(tensors, dims, strict=True)
@@ -58,7 +58,7 @@ def _stacked(size: int, dims: Sequence[int | None], tensors: Sequence[Tensor]) -
 
 
 def _linear_moves(ctx: Any, tangents: Sequence[Tensor | None]) -> list[Tensor]:
-    """Arguments, and moves of what a derivative is linear in."""
+    """Return the arguments, and the tangents of the inputs in which a derivative is linear."""
     count, tensors = len(ctx.operation.arguments), ctx.saved_tensors
     if any(tangent is not None for tangent in tangents[:count]):
         raise ctx.operation.no_second()
@@ -67,7 +67,7 @@ def _linear_moves(ctx: Any, tangents: Sequence[Tensor | None]) -> list[Tensor]:
 
 
 class _Value(torch.autograd.Function):
-    """The function."""
+    """A function."""
 
     @staticmethod
     def forward(operation: Operation, *tensors: Tensor) -> Tensor:
@@ -97,7 +97,7 @@ class _Value(torch.autograd.Function):
 
 
 class _Variation(torch.autograd.Function):
-    """Its derivative in a direction."""
+    """The derivative of a function in a direction."""
 
     @staticmethod
     def forward(operation: Operation, *tensors: Tensor) -> Tensor:
@@ -110,7 +110,7 @@ class _Variation(torch.autograd.Function):
         ctx.operation, *tensors = inputs
         ctx.save_for_backward(*tensors)
         ctx.save_for_forward(*tensors)
-        # What does not move is told by None.
+        # None marks inputs that do not move.
         ctx.set_materialize_grads(False)
 
     @staticmethod
@@ -134,7 +134,7 @@ class _Variation(torch.autograd.Function):
 
 
 class _Pullback(torch.autograd.Function):
-    """The transpose of that."""
+    """The transpose of the derivative of a function."""
 
     @staticmethod
     def forward(operation: Operation, *tensors: Tensor) -> tuple[Tensor, ...]:
@@ -148,7 +148,7 @@ class _Pullback(torch.autograd.Function):
         ctx.operation, *tensors = inputs
         ctx.save_for_backward(*tensors)
         ctx.save_for_forward(*tensors)
-        # What does not move is told by None.
+        # None marks inputs that do not move.
         ctx.set_materialize_grads(False)
 
     @staticmethod
@@ -172,26 +172,27 @@ class _Pullback(torch.autograd.Function):
 
 
 def _known(thing: Any) -> Tensor | None:
-    """Return a tensor as it is, a list of tensors as one, a copy of NumPy's array; None for Python's numbers."""
+    """Return a tensor for a tensor, a list of tensors or a NumPy array (copied); None for Python numbers."""
     if isinstance(thing, np.ndarray):
-        # PyTorch cannot share every array: read-only ones, and those that run backwards.
+        # PyTorch cannot share read-only arrays, nor arrays with negative strides.
         return torch.as_tensor(np.array(thing, order="C"), device="cpu")
     if isinstance(thing, (list, tuple)) and any(isinstance(x, torch.Tensor) for x in thing):
         thing = torch.stack([torch.as_tensor(x) for x in thing])
     if not isinstance(thing, torch.Tensor):
         return None
     if thing.device.type != "cpu":
-        raise InvalidInputError(f"found a tensor on {thing.device}: values are computed on the CPU; move it by .cpu()")
+        found = f"found a tensor on {thing.device}"
+        raise InvalidInputError(f"{found}: values are computed on the CPU; move it with .cpu()")
     return thing
 
 
 class _OnTorch(Functions[Tensor]):
-    """The functions on PyTorch's tensors."""
+    """The functions for PyTorch tensors."""
 
     def arrays(self, arguments: Sequence[Any]) -> list[Any]:
         known = [_known(argument) for argument in arguments]
         kinds = [x.dtype for x in known if x is not None]
-        # Numbers have the kind of the others.
+        # Python numbers take the dtype of the tensors.
         kind = torch.float32 if kinds else torch.float64
         for other in kinds:
             kind = torch.promote_types(kind, other)
@@ -224,7 +225,7 @@ class _OnTorch(Functions[Tensor]):
         lead = torch.broadcast_shapes(*(x.shape[: x.ndim - own] for x, own in pairs))
         return [x.expand(*lead, *x.shape[x.ndim - own :]) for x, own in pairs]
 
-    # Not to be traced by torch.compile.
+    # torch.compile must not trace this.
     @torch.compiler.disable  # type: ignore[untyped-decorator]
     def evaluate(self, operation: Operation, arrays: list[Any]) -> Tensor:
         found: Tensor = _Value.apply(operation, *arrays)

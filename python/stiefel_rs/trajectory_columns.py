@@ -1,4 +1,4 @@
-"""Which columns of a file of poses hold what, and in which units."""
+"""Columns of a file of poses: their contents and units."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ _TIMES: Final = (("t",), ("time",), ("timestamp",))
 _EUROC: Final = ("q_rs_x", "q_rs_y", "q_rs_z", "q_rs_w")
 _QUATERNIONS: Final = (CSV_NAMES[4:], _EUROC)
 _POSITIONS: Final = (("x", "y", "z"), ("tx", "ty", "tz"), ("p_rs_r_x", "p_rs_r_y", "p_rs_r_z"))
-# Places that a unit moves the decimal point by, so that times in nanoseconds are read exactly.
+# Exponents of ten of the units, so that times in nanoseconds are read exactly.
 _TIME_UNITS: Final = {"s": 0, "ms": -3, "us": -6, "ns": -9}
-# Parts of a metre: dividing rounds once.
+# Units per metre: dividing rounds only once.
 _LENGTH_UNITS: Final = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 _HEADING: Final = re.compile(r"([^\[(]*?)\s*(?:[\[(]([^\])]*)[\])])?")
 
 
 class Layout(NamedTuple):
-    """Where in a row the time, the position, if there is one, and the quaternion are, in this order."""
+    """Places in a row of the time, the position (if any) and the quaternion, in this order."""
 
     width: int
     indices: tuple[int, ...]
@@ -39,19 +39,19 @@ TUM: Final = Layout(len(TUM_NAMES), tuple(range(len(TUM_NAMES))), TUM_NAMES, str
 
 
 def csv_layout(lines: Iterator[tuple[int, str]]) -> Layout:
-    """Layout that the header of a CSV file says; `lines` stand behind it afterwards.
+    """Return the layout in the header of a CSV file; advances `lines` past the header.
 
     Raises
     ------
     InvalidInputError
-        There is no header, or it lacks a column, has one twice, or an unknown unit; `knot` is the number of the line.
+        There is no header, or it has a missing or duplicate column or an unknown unit; `knot` is the line number.
     """
     for number, text in lines:
         columns = [_heading(part) for part in _fields(text.lstrip("#"))]
         try:
             return _layout(columns)
         except InvalidInputError as error:
-            # A comment, unless it names columns.
+            # The line is a comment, unless it names columns.
             if text.startswith("#") and not {"qw", _EUROC[-1]} & {name for name, _ in columns}:
                 continue
             wrong = InvalidInputError(f"{error}; the header is {text[:120]!r}")
@@ -65,7 +65,7 @@ def _fields(text: str) -> list[str]:
 
 
 def _heading(text: str) -> tuple[str, str]:
-    """Name in small letters, and unit."""
+    """Return the name of a column in lower case, and its unit."""
     found = _HEADING.fullmatch(text.strip())
     return (found[1].lower(), (found[2] or "").strip()) if found else ("", "")
 
@@ -81,7 +81,7 @@ def _layout(columns: Sequence[tuple[str, str]]) -> Layout:
             raise InvalidInputError(f"{count} columns are named {name!r}")
     indices = tuple(names.index(name) for name in chosen)
     units = [columns[index][1] for index in indices]
-    # The EuRoC data sets have nanoseconds, said or not.
+    # The EuRoC data sets use nanoseconds, whether stated or not.
     exponent = _unit(_TIME_UNITS, units[0] or ("ns" if quaternion == _EUROC else "s"), time[0])
     parts = tuple(_unit(_LENGTH_UNITS, unit or "m", name) for unit, name in zip(units[1:], position, strict=False))
     return Layout(len(columns), indices, chosen, _fields, exponent, parts)
@@ -89,33 +89,33 @@ def _layout(columns: Sequence[tuple[str, str]]) -> Layout:
 
 def _needed(what: str, kinds: Sequence[tuple[str, ...]], names: Sequence[str]) -> tuple[str, ...]:
     if (found := _chosen(kinds, names)) is None:
-        raise InvalidInputError(f"no column of the {what} ({' or '.join(' '.join(kind) for kind in kinds)})")
+        raise InvalidInputError(f"no columns for the {what} ({' or '.join(' '.join(kind) for kind in kinds)})")
     return found
 
 
 def _chosen(kinds: Sequence[tuple[str, ...]], names: Sequence[str]) -> tuple[str, ...] | None:
-    """Return the names of the one kind that the header has, or None.
+    """Return the names of the columns of the only kind in the header, or None.
 
     Raises
     ------
     InvalidInputError
-        It has two kinds, or a part of one.
+        The header has columns of two kinds, or only some columns of one.
     """
     there = [kind for kind in kinds if set(kind) <= set(names)]
     if len(there) > 1:
-        raise InvalidInputError(f"both {' '.join(there[0])} and {' '.join(there[1])}, one expected")
+        raise InvalidInputError(f"expected one of {' '.join(there[0])} and {' '.join(there[1])}, found both")
     if there:
         return there[0]
     for kind in kinds:
         if lacking := [name for name in kind if name not in names]:
             if len(lacking) < len(kind):
-                raise InvalidInputError(f"no column {' '.join(lacking)} beside the other ones of {' '.join(kind)}")
+                raise InvalidInputError(f"column {' '.join(lacking)} of {' '.join(kind)} is missing")
     return None
 
 
 def _unit(units: Mapping[str, T], unit: str, name: str) -> T:
-    # Micro signs of both kinds.
+    # There are two micro signs in Unicode.
     plain = unit.replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")
     if plain not in units:
-        raise InvalidInputError(f"the unit of {name} is {unit!r}, one of {', '.join(units)} expected")
+        raise InvalidInputError(f"expected one of the units {', '.join(units)} for {name}, found {unit!r}")
     return units[plain]

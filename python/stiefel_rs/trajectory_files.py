@@ -1,7 +1,7 @@
 """Trajectories in text files: the TUM format, and CSV with a header.
 
-Quaternions are scalar last and turn vectors of the body's frame into the world's, as in SciPy; times are in seconds,
-positions in metres.
+Quaternions are scalar last and rotate vectors from the body frame to the world frame, as in SciPy; times are in
+seconds, positions in metres.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ PathLike = str | os.PathLike[str]
 TUM_SUFFIXES: Final = (".tum", ".txt")
 CSV_SUFFIX: Final = ".csv"
 
-# Enough for the digits of a time stamp of 1e9 s and of a float64 beside it. The user's own context may be another one.
-# Seconds: three thousand years. Later times are nanoseconds whose unit is not said.
+# Three thousand years in seconds. Larger times are nanoseconds without a unit.
 LATEST: Final = 1e11
+# Enough digits to add a float64 to a time stamp of 1e9 s, whatever the context of the user.
 EXACT: Final = decimal.Context(prec=50)
-# Rows that are formatted at once.
+# Number of rows formatted at once.
 _CHUNK: Final = 4096
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Poses of a file, with time stamps as exact as they are written.
+    """Poses of a file, with exact time stamps.
 
     Attributes
     ----------
@@ -81,11 +81,11 @@ def read_tum(path: PathLike) -> tuple[Array, tuple[Array, Array]]:
     Returns
     -------
     t : numpy.ndarray, shape (N,)
-        Time stamps in seconds, increasing. Stamps of 1e9 s have a spacing of 1.2e-7 s in float64.
+        Increasing time stamps in seconds. At 1e9 s, neighbouring float64 numbers are 1.2e-7 s apart.
     poses : tuple of numpy.ndarray
         Quaternions (N, 4), scalar last, and positions (N, 3) in metres, ready for ``PoseSpline(t, poses)``. Quaternions
-        are normalised, since files often have four decimals; those of norm 1 to rounding are returned unchanged, and
-        signs are kept.
+        are normalised, since files often have four decimals; those whose norm is 1 up to rounding are returned
+        unchanged. Signs are kept.
 
     Raises
     ------
@@ -123,10 +123,9 @@ def write_tum(path: PathLike, t: ArrayLike, poses: Any) -> None:
     Parameters
     ----------
     path : str or os.PathLike
-        Name of the file. An existing file is replaced once the new one is complete, and stays as it is if writing
-        fails.
+        Name of the file. An existing file is replaced once the new one is complete, and kept if writing fails.
     t : array_like, shape (N,)
-        Times in seconds, increasing.
+        Increasing times in seconds.
     poses : tuple, scipy.spatial.transform.RigidTransform or array_like
         A pair (rotations, positions): unit quaternions (N, 4), scalar last, matrices (N, 3, 3) or a SciPy ``Rotation``,
         and positions (N, 3) in metres. Or a SciPy ``RigidTransform``, or matrices (N, 4, 4).
@@ -135,7 +134,7 @@ def write_tum(path: PathLike, t: ArrayLike, poses: Any) -> None:
     ------
     InvalidInputError
         Wrong shapes, entries that are not finite, times that do not increase, quaternions whose norm differs from 1 by
-        more than 0.01, or matrices that are no rotations.
+        more than 0.01, or matrices that are not rotations.
     OSError
         The file cannot be written.
 
@@ -171,14 +170,13 @@ def read_trajectory(path: PathLike) -> tuple[Array, Any]:
     t : numpy.ndarray, shape (N,)
         Times in seconds, increasing.
     poses : tuple of numpy.ndarray, or numpy.ndarray
-        Quaternions (N, 4), scalar last, and positions (N, 3) in metres, ready for ``PoseSpline(t, poses)``. From a file
-        without positions the quaternions alone, ready for ``RotationSpline(t, poses)``.
+        Quaternions (N, 4), scalar last, and positions (N, 3) in metres, ready for ``PoseSpline(t, poses)``. For a file
+        without positions, the quaternions alone, ready for ``RotationSpline(t, poses)``.
 
     Raises
     ------
     InvalidInputError
-        As for `read_tum`; also another suffix, a header without the columns, with one of them twice, or with an unknown
-        unit.
+        As for `read_tum`; also an unknown suffix, or a header with missing or duplicate columns or an unknown unit.
     OSError
         The file cannot be read.
 
@@ -213,7 +211,7 @@ def write_trajectory(path: PathLike, t: ArrayLike, poses: Any) -> None:
         Name of the file; it ends in ``.tum``, ``.txt`` or ``.csv``. An existing file is replaced once the new one is
         complete, and stays as it is if writing fails.
     t : array_like, shape (N,)
-        Times in seconds, increasing.
+        Increasing times in seconds.
     poses : tuple, scipy.spatial.transform.RigidTransform, scipy.spatial.transform.Rotation or array_like
         As for `write_tum`; for a ``.csv`` file also rotations without positions: unit quaternions (N, 4), scalar last,
         matrices (N, 3, 3) or a SciPy ``Rotation``.
@@ -221,7 +219,7 @@ def write_trajectory(path: PathLike, t: ArrayLike, poses: Any) -> None:
     Raises
     ------
     InvalidInputError
-        As for `write_tum`; also another suffix.
+        As for `write_tum`; also an unknown suffix.
     OSError
         The file cannot be written.
 
@@ -238,12 +236,12 @@ def write_trajectory(path: PathLike, t: ArrayLike, poses: Any) -> None:
 
 
 def suffix_of(path: PathLike) -> str:
-    """Suffix of a file of poses, in small letters.
+    """Return the suffix of a file of poses, in lower case.
 
     Raises
     ------
     InvalidInputError
-        It is of another kind.
+        The suffix is not one of a file of poses.
     """
     suffix = Path(os.fsdecode(path)).suffix.lower()
     if suffix not in (*TUM_SUFFIXES, CSV_SUFFIX):
@@ -252,9 +250,9 @@ def suffix_of(path: PathLike) -> str:
 
 
 def read(path: PathLike, suffix: str | None = None) -> Recording:
-    """Read the poses of a file, of the kind that its suffix says unless another is given."""
+    """Read the poses of a file, in the format of its suffix or of a given one."""
     name, suffix = os.fsdecode(path), suffix or suffix_of(path)
-    # Bytes that are no text make entries that are no numbers.
+    # Bytes that are not text become entries that are not numbers.
     with storage.naming(path), open(path, encoding="utf-8-sig", errors="replace") as file:
         lines = ((number, text) for number, line in enumerate(file, 1) if (text := line.strip()))
         try:
@@ -281,7 +279,7 @@ def _collect(name: str, lines: Iterable[tuple[int, str]], layout: Layout) -> Rec
         stamps.append(_stamp(entries[0], layout.time_exponent))
         numbers.append(number)
     if not rows:
-        raise _wrong(name, None, "no poses, 1 or more expected")
+        raise _wrong(name, None, "expected at least one pose, found none")
     table = np.array(rows)
     try:
         quaternions = unit_quaternions(table[:, -4:])
@@ -291,19 +289,16 @@ def _collect(name: str, lines: Iterable[tuple[int, str]], layout: Layout) -> Rec
     found = Recording(stamps, quaternions, positions)
     _check_times(name, numbers, found)
     if found.t[-1] > LATEST:
-        unit = "its header says the unit, as timestamp [ns]" if layout is not TUM else "TUM files have seconds"
-        raise _wrong(
-            name, numbers[-1], f"time {stamps[-1]} s is more than {LATEST:g} s, which is no time in seconds; {unit}"
-        )
+        unit = "give the unit in the header, as in timestamp [ns]" if layout is not TUM else "TUM files are in seconds"
+        raise _wrong(name, numbers[-1], f"time {stamps[-1]} s exceeds {LATEST:g} s, probably not in seconds; {unit}")
     return found
 
 
 def _entries(text: str, layout: Layout) -> list[str]:
     parts = layout.split(text)
     if len(parts) != layout.width:
-        found = f"{len(parts)} column{'s' * (len(parts) != 1)}"
         what = f" ({' '.join(layout.names)})" if layout is TUM else ", as in the header"
-        raise InvalidInputError(f"{found}, {layout.width} expected{what}")
+        raise InvalidInputError(f"expected {layout.width} columns{what}, found {len(parts)}")
     return [parts[index] for index in layout.indices]
 
 
@@ -312,7 +307,7 @@ def _number(name: str, text: str) -> float:
         value = float(text)
     except ValueError:
         value = None
-    # 1_000 is a number in Python's source, not in files.
+    # Python accepts 1_000 as a number; files do not contain such numbers.
     if value is None or "_" in text:
         raise InvalidInputError(f"{name} is {text[:40]!r}, not a number")
     if not math.isfinite(value):
@@ -323,7 +318,7 @@ def _number(name: str, text: str) -> float:
 def _stamp(text: str, exponent: int) -> Decimal:
     try:
         return EXACT.create_decimal(text).scaleb(exponent, EXACT)
-    # An exponent of twenty digits, which float takes: zero.
+    # An exponent of twenty digits, which float reads as zero.
     except decimal.InvalidOperation:
         return EXACT.create_decimal_from_float(float(text))
 
@@ -332,7 +327,7 @@ def _check_times(name: str, numbers: Sequence[int], found: Recording) -> None:
     for i in np.flatnonzero(np.diff(found.t) <= 0)[:1]:
         before, after = found.stamps[i], found.stamps[i + 1]
         why = "is the same as" if after > before else "does not come after"
-        there = " for a float; count times from a nearer start" if after > before else ""
+        there = " for a float; count times from a closer origin" if after > before else ""
         raise _wrong(name, numbers[i + 1], f"time {after} s {why} {before} s in line {numbers[i]}{there}")
 
 
@@ -343,7 +338,9 @@ def _write_poses(path: PathLike, suffix: str, t: ArrayLike, poses: Any) -> None:
         raise InvalidInputError(f"t: entry {bad[0] + 1} is {after!r}, which does not come after {before!r}")
     quaternions, positions = as_components(poses)
     if not len(times) or len(times) != len(quaternions):
-        raise InvalidInputError(f"t and poses: 1 or more of each expected, found {len(times)} and {len(quaternions)}")
+        raise InvalidInputError(
+            f"t and poses: expected the same number, at least one, found {len(times)} and {len(quaternions)}"
+        )
     stamps = [repr(time) for time in times.tolist()]
     write(path, stamps, quaternions, positions, suffix=suffix)
 
@@ -357,17 +354,17 @@ def write(
     suffix: str,
     others: Mapping[str, Array] | None = None,
 ) -> None:
-    """Write unit quaternions and positions with their times as text, and columns (N,) of other names to a CSV file.
+    """Write unit quaternions and positions with times as text; a CSV file may have other columns, of shape (N,).
 
     Raises
     ------
     InvalidInputError
-        There are no positions, which a TUM file needs.
+        A TUM file needs positions, and there are none.
     """
     others = others or {}
     if suffix != CSV_SUFFIX and positions is None:
         raise InvalidInputError(
-            f"{os.fsdecode(path)}: no positions are given; a {CSV_SUFFIX} file takes rotations alone"
+            f"{os.fsdecode(path)}: expected positions; a {CSV_SUFFIX} file may hold rotations alone"
         )
     names = [CSV_NAMES[0], *(CSV_NAMES[4:] if positions is None else CSV_NAMES[1:]), *others]
     head, separator = (",".join(names), ",") if suffix == CSV_SUFFIX else (f"# {' '.join(TUM_NAMES)}", " ")

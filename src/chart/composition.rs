@@ -135,7 +135,7 @@ impl Composition {
             _ => {
                 return Err(Error::InvalidArgument {
                     name: "order",
-                    requirement: "that of the map (1 or 2), or 2, 4, 6, 8 if larger",
+                    requirement: "the order of the map (1 or 2), or a larger one of 2, 4, 6, 8",
                     found: order as f64,
                 });
             }

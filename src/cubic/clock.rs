@@ -59,7 +59,7 @@ impl Clock {
         if !rate.is_normal() {
             return Err(Error::InvalidArgument {
                 name: "end",
-                requirement: "such that speeds on the new interval are normal numbers",
+                requirement: "such that speeds on the new interval neither overflow nor underflow",
                 found: to.1,
             });
         }

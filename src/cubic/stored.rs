@@ -184,7 +184,7 @@ fn blocks(n: usize, k: usize, rank: usize, rows: usize, subspace: f64) -> Result
         return Ok(Sized::new(rank - k, k, quotient));
     }
     Err(refusal(format!(
-        "a point of shape ({n}, {k}) in {rank} dimensions, of which {rows} are there"
+        "a point of shape ({n}, {k}) in {rank} dimensions, found {rows}"
     )))
 }
 
@@ -192,14 +192,16 @@ fn clock([rate, curve, path]: [f64; 3]) -> Result<Clock> {
     if rate.is_normal() {
         return Ok(Clock { rate, curve, path });
     }
-    Err(refusal(format!("clocks: {rate} is no rate")))
+    Err(refusal(format!("clocks: {rate} is not a valid rate")))
 }
 
 fn span([start, end]: [f64; 2]) -> Result<(f64, f64)> {
     if start < end && (end - start).is_finite() {
         return Ok((start, end));
     }
-    Err(refusal(format!("spans: from {start} to {end}")))
+    Err(refusal(format!(
+        "spans: invalid interval from {start} to {end}"
+    )))
 }
 
 /// Orders of polynomials that can be extended. Fast legs of splines have orders up to 70.
@@ -246,7 +248,7 @@ impl Numbers {
         if first.time > last.time {
             let (first, last) = (first.time, last.time);
             return Err(refusal(format!(
-                "ends: times out of order, {first} and {last}"
+                "ends: times not increasing, {first} and {last}"
             )));
         }
         Ok(Path {
@@ -264,13 +266,15 @@ impl Numbers {
 /// Return an error unless there is at least one piece and the pieces are contiguous.
 fn pieces(intervals: &[f64]) -> Result<Vec<Piece>> {
     if intervals.is_empty() {
-        return Err(refusal("steps: a curve without any".to_owned()));
+        return Err(refusal("steps: the curve has none".to_owned()));
     }
     let mut before = intervals[0];
     let piece = |numbers: &[f64]| {
         let (lower, upper, center) = (numbers[0], numbers[1], numbers[2]);
         if lower > upper || before > upper {
-            return Err(refusal(format!("intervals: times out of order at {upper}")));
+            return Err(refusal(format!(
+                "intervals: times not increasing at {upper}"
+            )));
         }
         before = upper;
         Ok(Piece {

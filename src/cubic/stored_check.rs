@@ -42,7 +42,7 @@ pub(super) fn check_path(path: &Path, interrupt: Interrupt<'_>) -> Result<()> {
         checker.point(i, middle)?;
         if let Some(before) = before {
             let gap = distance(before.as_ref(), first.as_ref());
-            checker.expect(i, "from the step before it", gap, checker.allowed)?;
+            checker.expect(i, "does not join the step before it", gap, checker.allowed)?;
         }
         before = Some(checker.point(i, piece.upper)?);
     }
@@ -137,7 +137,7 @@ impl Checker<'_> {
             return Ok(());
         }
         Err(refusal(
-            "intervals: steps do not join one another and the ends".to_owned(),
+            "intervals: steps do not join each other and the ends".to_owned(),
         ))
     }
 

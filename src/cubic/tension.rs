@@ -28,11 +28,11 @@ pub(crate) fn check_leg_tension(tension: f64, has_frames: bool) -> Result<()> {
     let (largest, requirement) = match has_frames {
         true => (
             LARGEST,
-            "at most 64 by the square of the longest time between knots; with more knots there may be more",
+            "at most 64 when multiplied by the square of the longest interval between knots (add knots for more)",
         ),
         false => (
             LARGEST_WITHOUT_FRAMES,
-            "at most 6.25 by the square of the longest time between knots of so many rows; with more knots there may be more",
+            "at most 6.25 when multiplied by the square of the longest interval between knots, for so many rows (add knots for more)",
         ),
     };
     if tension <= largest {

@@ -118,7 +118,7 @@ impl<'a, C: Curve> ArcLength<'a, C> {
         if Vec::<[f64; 3]>::new().try_reserve_exact(count).is_err() {
             return Err(Error::InvalidArgument {
                 name: "count",
-                requirement: "few enough points for them to fit in memory",
+                requirement: "small enough for the points to fit in memory",
                 found: count as f64,
             });
         }

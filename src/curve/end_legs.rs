@@ -44,10 +44,8 @@ pub(super) fn outer_leg(
     let leg = QuasiGeodesic::from_velocity(s.as_ref(), part.as_ref())?;
     let end = leg.point(1.0)?;
     let requirement = match degree {
-        3 => "short enough for its third to be the velocity of a principal quasi-geodesic",
-        _ => {
-            "short enough for its share in the first leg to be the velocity of a principal quasi-geodesic"
-        }
+        3 => "short enough that a third of it is the velocity of a principal quasi-geodesic",
+        _ => "short enough that 1/degree of it is the velocity of a principal quasi-geodesic",
     };
     check_principal(&leg, &end, |size| Error::InvalidArgument {
         name,

@@ -137,7 +137,7 @@ fn check_size(degree: usize, reduced: &Stiefel) -> Result<()> {
     let unknowns = (degree - 3) * reduced.dim();
     if unknowns > MAX_UNKNOWNS {
         return Err(Error::InvalidArgument {
-            name: "free numbers, (degree - 3) times the dimension of St(min(n, 4k), k)",
+            name: "number of unknowns, (degree - 3) times the dimension of St(min(n, 4k), k)",
             requirement: "at most 2000",
             found: unknowns as f64,
         });

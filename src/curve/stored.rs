@@ -55,7 +55,7 @@ impl StoredPiece for GeometricCubic {
             .into_iter()
             .map(|curve| match curve.degree() {
                 3 => Ok(GeometricCubic::of_polynomial(curve)),
-                degree => Err(refusal(format!("a cubic of degree {degree}"))),
+                degree => Err(refusal(format!("expected degree 3, found {degree}"))),
             })
             .collect()
     }
@@ -226,7 +226,7 @@ fn restore_control_points(fields: &mut Fields) -> Result<Vec<ControlPoints>> {
             }
         };
         if degree == 0 {
-            return Err(refusal("degrees: a curve of degree 0".to_owned()));
+            return Err(refusal("degrees: must be at least 1, found 0".to_owned()));
         }
         let own = (0..=degree)
             .map(|_| {

@@ -242,7 +242,7 @@ fn check_size(dimension: usize, s: MatRef<'_, f64>) -> Result<()> {
     }
     Err(Error::InvalidArgument {
         name: "S0",
-        requirement: "small enough for a derivative of 5e8 numbers",
+        requirement: "small enough for the derivative to have at most 5e8 numbers",
         found: numbers,
     })
 }

@@ -206,7 +206,11 @@ impl Retraction {
         if miss <= VERIFIED {
             return Ok(v);
         }
-        Err(self.outside("distance by which it misses", miss, "at most 1e-8"))
+        Err(self.outside(
+            "distance of the retraction from the target",
+            miss,
+            "at most 1e-8",
+        ))
     }
 
     fn outside(self, quantity: &'static str, value: f64, requirement: &'static str) -> Error {

@@ -34,7 +34,9 @@ pub(crate) fn check_shape(n: usize, k: usize) -> Result<()> {
     if 1 <= k && k <= n {
         return Ok(());
     }
-    Err(refusal(format!("shape: ({n}, {k}) is that of no point")))
+    Err(refusal(format!(
+        "shape: ({n}, {k}) is not the shape of a point"
+    )))
 }
 
 /// Stores the numbers of several quasi-geodesics.
@@ -213,7 +215,9 @@ impl Stored for Geodesic {
             .collect();
         check_moving("frame", frame.as_ref(), k, &rates, norm(generator.as_ref()))?;
         if quotient == Quotient::Subspaces && norm(generator.as_ref().submatrix(0, 0, k, k)) > 0.0 {
-            return Err(refusal("generator: bases of subspaces turn".to_owned()));
+            return Err(refusal(
+                "generator: bases of subspaces must not turn within the subspace".to_owned(),
+            ));
         }
         Ok(Geodesic {
             quotient,
@@ -254,7 +258,7 @@ fn check_blocks(
     let size = norm(generator.as_ref());
     let rest = norm(generator.as_ref().submatrix(k, k, p, p));
     if rest > TANGENT_TOLERANCE * size {
-        let problem = format!("generator: {rest:.3e} where there should be zeros");
+        let problem = format!("generator: {rest:.3e} in place of zeros");
         return Err(refusal(problem));
     }
     let Some(turning) = turning else {
@@ -264,7 +268,7 @@ fn check_blocks(
     let a = generator.as_ref().submatrix(0, 0, k, k) * Scale((1.0 - twice) / twice);
     let gap = distance(turning.as_ref(), a.as_ref());
     if gap > TANGENT_TOLERANCE * norm(a.as_ref()) {
-        let problem = format!("turning: not that of the generator, by {gap:.3e}");
+        let problem = format!("turning: differs from the generator by {gap:.3e}");
         return Err(refusal(problem));
     }
     Ok(())

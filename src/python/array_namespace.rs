@@ -1,14 +1,14 @@
-//! Arrays of other libraries: how they are read, and results as arrays of the library that the arguments come from.
+//! Arrays of other libraries: reading them, and returning results in the library of the arguments.
 //!
-//! A library is known by the namespace of its arrays, `__array_namespace__` of the array API standard; PyTorch has none and
-//! is known by its class. Numbers pass through NumPy, without a copy where the library shares memory with it.
+//! A library is identified by the namespace of its arrays, `__array_namespace__` of the array API standard, and PyTorch, which
+//! has none, by its class. Data pass through NumPy, without a copy if the library shares memory with it.
 
 use pyo3::intern;
 use pyo3::types::{PyInt, PyList};
 
 use super::prelude::*;
 
-/// The library of the arguments of a call: `None` for NumPy, whose arrays mix with those of any other.
+/// The library of the arguments of a call: `None` for NumPy, whose arrays mix with those of any other library.
 #[derive(Default)]
 pub struct Namespace(Option<Owned>);
 
@@ -27,8 +27,9 @@ impl Namespace {
                 Some((known, first)) if !known.is(&namespace) => {
                     let names = [known, &namespace].map(|it| it.getattr("__name__"));
                     let [one, other] = collected(names)?;
-                    let message =
-                        format!("{first} and {name}: arrays of two libraries, {one} and {other}");
+                    let message = format!(
+                        "{first} and {name}: arrays of different libraries, {one} and {other}"
+                    );
                     return Err(PyTypeError::new_err(message));
                 }
                 Some(_) => {}
@@ -38,17 +39,17 @@ impl Namespace {
         Ok(Namespace(found.map(|(namespace, _)| namespace.unbind())))
     }
 
-    /// Whether it is NumPy.
+    /// Whether the library is NumPy.
     pub fn is_numpy(&self) -> bool {
         self.0.is_none()
     }
 
-    /// An array of NumPy's as one of the library; NumPy's own without axes as a number.
+    /// Converts a NumPy array to the library; for NumPy itself an array without axes becomes a number.
     pub fn array<'py>(&self, array: Any<'py>) -> PyResult<Any<'py>> {
         match &self.0 {
             Some(namespace) => {
                 let namespace = namespace.bind(array.py());
-                // PyTorch would put it on the default device.
+                // By default PyTorch would use the default device.
                 let options = PyDict::new(array.py());
                 if is_torch(namespace)? {
                     options.set_item("device", "cpu")?;
@@ -93,7 +94,7 @@ fn is_torch(namespace: &Any) -> PyResult<bool> {
     namespace.getattr("__name__")?.eq("torch")
 }
 
-/// Whether an object is of NumPy or of Python itself.
+/// Whether an object belongs to NumPy or to Python itself.
 fn is_native(object: &Any) -> bool {
     object.is_instance_of::<PyUntypedArray>()
         || object.is_exact_instance_of::<PyFloat>()
@@ -102,7 +103,7 @@ fn is_native(object: &Any) -> bool {
         || object.is_instance_of::<PyTuple>()
 }
 
-/// Whether an object is a tensor of PyTorch, which is not imported for the question.
+/// Whether an object is a PyTorch tensor; does not import PyTorch.
 fn is_tensor(object: &Any) -> PyResult<bool> {
     let modules = object.py().import("sys")?.getattr("modules")?;
     match modules.cast::<PyDict>()?.get_item("torch")? {
@@ -111,16 +112,16 @@ fn is_tensor(object: &Any) -> PyResult<bool> {
     }
 }
 
-/// The array of NumPy's that an argument is or shares its numbers with.
+/// The NumPy array that an argument is, or shares its data with.
 ///
 /// # Errors
-/// `TypeError` for arrays that derivatives are taken of, which have functions of their own; what the library raises.
+/// `TypeError` for arrays that derivatives are taken of, which other functions accept; errors of the library.
 pub fn as_numpy<'py>(object: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
     let numpy = numpy(object.py())?;
     if !is_native(object) && !object.hasattr("__array__")? && object.hasattr("__dlpack__")? {
         return numpy.call_method1("from_dlpack", (object,));
     }
-    // Lazy conjugates and signs of PyTorch's are carried out.
+    // Resolves lazy conjugates and signs of PyTorch.
     let resolved = match !is_native(object) && is_tensor(object)? {
         true => object
             .call_method0("resolve_conj")?
@@ -135,28 +136,29 @@ pub fn as_numpy<'py>(object: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
     })
 }
 
-/// The array of NumPy's of an argument of what is written in Python.
+/// The NumPy array of an argument, for functions written in Python.
 #[pyfunction]
 pub fn _as_numpy<'py>(name: &str, object: &Any<'py>) -> PyResult<Any<'py>> {
     as_numpy(object, name)
 }
 
-/// What to do with an array that derivatives are taken of.
+/// Advice for an array that derivatives are taken of.
 fn traced(object: &Any, name: &str) -> Option<String> {
     let requires_grad = object.getattr("requires_grad");
     if requires_grad.is_ok_and(|flag| flag.is_truthy().unwrap_or(false)) {
-        let advice = "functions of stiefel_rs.torch take it; detach() gives its numbers";
+        let advice = "use the functions of stiefel_rs.torch, or detach()";
         return Some(format!(
             "{name}: a tensor that requires a gradient; {advice}"
         ));
     }
     let class = object.get_type().name().ok()?.to_string();
     let is_tracer = class.ends_with("Tracer");
-    is_tracer.then(|| format!("{name}: traced by JAX; functions of stiefel_rs.jax take it"))
+    is_tracer.then(|| format!("{name}: traced by JAX; use the functions of stiefel_rs.jax"))
 }
 
-/// An array of NumPy's, or a tuple of such, as arrays of the library of an argument; anything else as it is. For results that
-/// Python makes.
+/// Convert a NumPy array, or a tuple of NumPy arrays, to the library of an argument.
+///
+/// Returns other objects unchanged. For results that are computed in Python.
 #[pyfunction]
 pub fn _in_library_of<'py>(argument: &Any<'py>, value: &Any<'py>) -> PyResult<Any<'py>> {
     let namespace = Namespace::of(named![argument])?;

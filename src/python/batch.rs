@@ -1,4 +1,4 @@
-//! Batches: arrays whose last axes are one member each, and functions applied to every member.
+//! Batches: arrays whose last axes hold one member each, and functions applied to every member.
 
 use numpy::{Complex64, PyArrayDescrMethods};
 use rayon::prelude::*;
@@ -7,22 +7,22 @@ use super::convert::entries;
 use super::prelude::*;
 use crate::linalg::complex_embedding::embed_into;
 
-/// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row. Complex matrices are
-/// embedded.
+/// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row. Complex
+/// matrices are embedded.
 #[derive(Clone)]
 pub struct Batch {
     /// The leading axes.
     pub shape: Vec<usize>,
     pub rows: usize,
     pub cols: usize,
-    /// Whether the numbers are of single precision, or less.
+    /// Whether the numbers have single precision or less.
     pub single: bool,
     field: Field,
     entries: Vec<f64>,
 }
 
 impl Batch {
-    /// Matrices one after the other, of shape `(count, rows, cols)`; complex ones embedded already.
+    /// Matrices one after the other, of shape `(count, rows, cols)`; complex matrices are already embedded.
     pub fn of([count, rows, cols]: [usize; 3], entries: Vec<f64>, field: Field) -> Self {
         debug_assert_eq!(entries.len(), count * rows * cols);
         Batch {
@@ -35,7 +35,7 @@ impl Batch {
         }
     }
 
-    /// Matrices of shape `own` of an array of real or complex numbers, with the given leading axes.
+    /// Matrices of shape `own` from an array of real or complex numbers with the given leading axes.
     pub fn read_of(
         field: Field,
         lead: &[usize],
@@ -66,14 +66,14 @@ impl Batch {
         }
     }
 
-    /// Makes one member another one.
+    /// Replaces one member.
     pub fn repeat(&mut self, from: usize, to: usize) {
         let size = self.rows * self.cols;
         self.entries
             .copy_within(from * size..(from + 1) * size, to * size);
     }
 
-    /// How many matrices.
+    /// The number of matrices.
     pub fn len(&self) -> usize {
         self.shape.iter().product()
     }
@@ -93,7 +93,7 @@ impl Batch {
         (0..self.len()).map(|i| self.get(i)).collect()
     }
 
-    /// All members as slices that can be written to.
+    /// All members as mutable slices.
     pub fn members_mut(&mut self) -> rayon::slice::ChunksMut<'_, f64> {
         let size = self.rows * self.cols;
         self.entries.par_chunks_mut(size.max(1))
@@ -105,24 +105,24 @@ impl Batch {
         &self.entries[i * size..(i + 1) * size]
     }
 
-    /// The shape of a matrix as it was read, before any embedding.
+    /// The shape of a matrix as given, before any embedding.
     pub fn own_shape(&self) -> (usize, usize) {
         self.field.own((self.rows, self.cols))
     }
 
-    /// Of what numbers the matrices are that were read.
+    /// The field of the matrices as given.
     pub fn field(&self) -> Field {
         self.field
     }
 
-    /// The array of all matrices of the core.
+    /// All matrices, in the layout of the core.
     pub(crate) fn into_array(self) -> Array {
         let shape = [&self.shape[..], &[self.rows, self.cols]].concat();
         let entries = self.entries;
         Array { shape, entries }
     }
 
-    /// Return `InvalidInputError` unless the members have the given shape; an empty batch is checked too.
+    /// Return `InvalidInputError` unless the members have the given shape; also checks an empty batch.
     pub fn check_shape(&self, name: &str, (n, k): (usize, usize)) -> PyResult<()> {
         let (rows, cols) = self.own_shape();
         ensure!(
@@ -138,7 +138,7 @@ pub fn matrix_batches<const N: usize>(objects: [Named<'_, '_>; N]) -> PyResult<[
     Field::Real.batches(objects)
 }
 
-/// Whether an array has numbers of single precision, or less.
+/// Whether the numbers of an array have single precision or less.
 fn is_single(array: &Bound<'_, PyUntypedArray>) -> bool {
     let dtype = array.dtype();
     match dtype.kind() {
@@ -160,7 +160,8 @@ fn embedded(entries: &[Complex64], [rows, cols]: [usize; 2]) -> Vec<f64> {
     out
 }
 
-/// Reads arrays whose last axes, one or two, are one member each, and broadcasts the axes before. Complex members have two.
+/// Reads arrays whose last one or two axes hold one member each, and broadcasts the other axes. Complex members have
+/// two.
 pub fn read_batches<const N: usize>(
     field: Field,
     objects: [Named<'_, '_>; N],
@@ -216,13 +217,13 @@ impl Value for f64 {
     }
 }
 
-/// For functions that only check their arguments.
+/// For functions that only validate their arguments.
 impl Value for () {
     fn put(&self, _: &mut [f64]) {}
 }
 
-/// Applies `member` to every member of a batch, in parallel where that pays; the results, of shape `core` each, on the
-/// axes of the batch. The error reported is that of the first member that has one.
+/// Applies `member` to every member of a batch, in parallel if worthwhile; the results, of shape `core` each, have the
+/// leading axes of the batch. If several members fail, the error of the first is returned.
 pub fn map_batch<const N: usize>(
     call: &Call<'_>,
     batches: [Batch; N],
@@ -241,12 +242,12 @@ pub fn map_batch<const N: usize>(
         return Err(PyMemoryError::new_err(message));
     };
     let (failure, entries) = call.run_any(move |interrupt| {
-        // Filled where it can be interrupted: the first touch of gigabytes takes seconds.
+        // Filled where it can be interrupted: the first access to gigabytes takes seconds.
         out.resize(total, 0.0);
         let one = |i: usize, target: &mut [f64]| {
             interrupt.check("batch")?;
             member(batches.each_ref(), i, target, interrupt)?;
-            // Without a branch per entry.
+            // Free of branches in the loop over the entries.
             match target.iter().fold(true, |all, x| all & x.is_finite()) {
                 true => Ok(()),
                 false => Err(Error::Overflow { quantity: "result" }),
@@ -257,7 +258,7 @@ pub fn map_batch<const N: usize>(
             let mut members = targets.chunks_mut(size).enumerate();
             members.find_map(|(i, target)| failure(b * block + i, target))
         };
-        // An empty result still has members to visit.
+        // Visits every member even if the result is empty.
         let failure = if size == 0 {
             (0..len).find_map(|i| failure(i, &mut []))
         } else if long && len > 1 {

@@ -11,12 +11,13 @@ use crate::space::Quotient;
 use crate::spline::solve_subspace_boundary;
 use crate::spline::subspace_problem::check as check_subspaces;
 
-/// Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
+/// Solve for Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
 ///
-/// Each is that of :meth:`RiemannianCubic.from_boundary`, up to ``tol``. Points with up to three rows, and displacement and
-/// speeds up to 2, are solved for eight abreast, where a solution depends, within ``tol``, on which problems stand beside
-/// it; the others, and those that this does not solve, one by one. On a :class:`Grassmann` all are solved one by one, to the last
-/// bit as by :meth:`RiemannianCubic.from_boundary`.
+/// Each solution agrees with :meth:`RiemannianCubic.from_boundary` up to ``tol``. Problems with at most three rows, and
+/// with displacement and speeds at most 2, are solved in groups of eight; within ``tol`` their solutions depend on the
+/// other problems in the group. The remaining problems, and those that this does not solve, are solved one by one. On a
+/// :class:`Grassmann` all are solved one by one, with the same result to the last bit as
+/// :meth:`RiemannianCubic.from_boundary`.
 ///
 /// Parameters
 /// ----------
@@ -25,37 +26,38 @@ use crate::spline::subspace_problem::check as check_subspaces;
 /// S1, V1 : array_like, shape (..., n, k)
 ///     Final points and velocities.
 /// tol : float, default 1e-12
-///     The largest distance of the end from ``S1`` and ``V1``, as in :meth:`RiemannianCubic.from_boundary`.
+///     Largest error of end point and end velocity, as in :meth:`RiemannianCubic.from_boundary`.
 /// max_iterations : int, default 50
-///     Newton steps for one problem, as there.
+///     Largest number of Newton steps per problem, as in :meth:`RiemannianCubic.from_boundary`.
 /// num_threads : int, optional
-///     Threads; by default those of the global pool. Results are the same for any number.
+///     Number of threads; by default the size of the global pool. Results do not depend on it.
 /// manifold : Stiefel or Grassmann, optional
-///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-///     whichever; vectors, and the results, are horizontal, ``Y^T V = 0``.
+///     Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+///     are arbitrary bases of subspaces; vectors and results are horizontal, ``Y^T V = 0``.
 /// project : bool, default False
-///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+///     their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+///     single precision are always projected.
 ///
 /// Returns
 /// -------
 /// BoundaryBatch
-///     Named tuple of ``acceleration`` and ``jerk``, covariant, at ``S0``, shape (..., n, k); ``cost``, the integral of the
-///     squared covariant acceleration, ``converged`` and ``residual``, shape (...). Where a problem is not solved,
-///     ``converged`` is False, ``residual`` what the nearest end was off, and the others NaN.
+///     Named tuple of ``acceleration`` and ``jerk``, covariant, at ``S0``, shape (..., n, k); ``cost``, the integral of
+///     the squared covariant acceleration, ``converged`` and ``residual``, shape (...). For a problem that is not
+///     solved, ``converged`` is False, ``residual`` is the smallest error at the end, and the other fields are NaN.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal, not tangent (with the measured defect and the member of the batch), ``tol`` not
-///     between 1e-15 and 0.1, ``max_iterations`` less than 1.
+///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect and the
+///     member of the batch), ``tol`` not between 1e-15 and 0.1, ``max_iterations`` less than 1.
 /// OutsideDomainError
-///     Points in different components of O(n); subspaces with a principal angle of pi/2 between them.
+///     Points in different components of O(n), or subspaces with a principal angle of pi/2 between them.
 ///
 /// See Also
 /// --------
-/// RiemannianCubic.from_initial : the curve from ``S0, V0, acceleration, jerk``.
-/// stiefel_rs.dask.solve_boundary : batches that do not fit into memory, and more fields.
+/// RiemannianCubic.from_initial : curve from ``S0, V0, acceleration, jerk``.
+/// stiefel_rs.dask.solve_boundary : batches larger than memory, with more fields.
 ///
 /// Examples
 /// --------
@@ -92,7 +94,7 @@ pub fn solve_boundary<'py>(
     let max_iterations = count("max_iterations", max_iterations, 1)?;
     let (shape, n, k) = (batches[0].shape.clone(), batches[0].rows, batches[0].cols);
     let (rows, cols) = field.own((n, k));
-    // Also where there is no problem.
+    // Checked for an empty batch too.
     Stiefel::new(rows, cols)?;
     for (batch, (_, name)) in batches.iter().zip(arguments) {
         batch.check_shape(name, (rows, cols))?;
@@ -124,10 +126,10 @@ pub fn solve_boundary<'py>(
     class.call1((acceleration, jerk, cost, converged, residual))
 }
 
-/// A solution, or the residual of a problem that was not solved.
+/// A solution, or the residual if the problem was not solved.
 type Found = std::result::Result<BoundarySolution, f64>;
 
-/// Acceleration, jerk, cost, whether it is solved, and residual.
+/// Acceleration, jerk, cost, whether the problem is solved, and residual.
 type Fields = (Array, Array, Array, Vec<bool>, Array);
 
 /// The fields of all solutions; NaN for problems that were not solved.
@@ -164,13 +166,13 @@ fn fields(found: &[Found], field: Field, lead: &[usize], (n, k): (usize, usize))
     )
 }
 
-/// Whether the solution of an embedded problem is that of a complex one.
+/// Whether the solution of an embedded problem is an embedded complex matrix.
 fn is_complex(solution: &BoundarySolution) -> bool {
     let parts = [&solution.acceleration, &solution.jerk];
     parts.iter().all(|part| restrict(part.as_ref()).is_ok())
 }
 
-/// The first invalid problem and what is wrong with it.
+/// The first invalid problem and its error.
 type Failure = (usize, Error);
 
 fn solutions(

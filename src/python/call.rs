@@ -1,4 +1,4 @@
-//! Running the core without the interpreter lock, on a chosen number of threads, stoppable by Ctrl-C.
+//! Calls into the core without the GIL, on a chosen number of threads, stoppable by Ctrl-C.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -16,19 +16,20 @@ use super::field::Field;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
-/// Calls that read and make fewer numbers (a few milliseconds at most) run in place: a thread costs more than it brings.
+/// Calls below this amount of work (a few milliseconds at most) run in place, since starting a thread costs more than
+/// it gains.
 const LONG: f64 = 3e3;
 
-/// Members of a batch share buffers in blocks of about so many numbers, a tenth of a millisecond or so.
+/// Members of a batch share buffers in blocks of about this much work, roughly a tenth of a millisecond.
 const BLOCK: f64 = 500.0;
 
-/// How many times the work of an exponential it is to solve for a curve.
+/// Work to solve for a curve, relative to an exponential.
 pub const SOLVES: f64 = 100.0;
 
-/// How often a waiting call looks for Ctrl-C.
+/// Interval between two checks for Ctrl-C.
 const POLL: Duration = Duration::from_millis(50);
 
-/// What work on other threads may hold.
+/// Bounds on data that other threads use.
 pub trait Shared: Send + Sync + 'static {}
 
 impl<T: Send + Sync + 'static> Shared for T {}
@@ -37,15 +38,15 @@ impl<T: Send + Sync + 'static> Shared for T {}
 pub struct Call<'py> {
     pub py: Python<'py>,
     num_threads: Option<usize>,
-    /// How much work it is, by the numbers that are read and made. It decides whether the call runs on another thread and how
-    /// a batch is divided; results do not depend on it.
+    /// Estimated work, from the amount of data read and written. It decides whether the call runs on another thread and
+    /// how a batch is divided; results do not depend on it.
     numbers: f64,
-    /// Of what numbers the matrices are: errors speak of them.
+    /// Field of the matrices, for error messages.
     field: Field,
 }
 
 impl<'py> Call<'py> {
-    /// `num_threads = None` takes rayon's global pool.
+    /// `num_threads = None` selects the global pool of rayon.
     pub fn new(py: Python<'py>, num_threads: Option<i64>, numbers: f64) -> PyResult<Self> {
         if let Some(found) = num_threads {
             let expected = "num_threads: must be between 1 and 4096";
@@ -60,12 +61,12 @@ impl<'py> Call<'py> {
         })
     }
 
-    /// The same call on matrices of a field.
+    /// The same call for matrices of a field.
     pub fn over(self, field: Field) -> Self {
         Call { field, ..self }
     }
 
-    /// An error with the shapes and numbers of the user's matrices.
+    /// Restates an error in the shapes and numbers of the user's matrices.
     pub fn explained(&self, error: Error) -> Error {
         match self.field {
             Field::Real => error,
@@ -73,18 +74,18 @@ impl<'py> Call<'py> {
         }
     }
 
-    /// Whether the call is worth sharing out.
+    /// Whether the call is worth distributing.
     pub fn is_long(&self) -> bool {
         self.numbers >= LONG
     }
 
-    /// How many of the `len` members of a batch are a block: by the work alone, not by the number of threads.
+    /// Number of batch members per block: depends on the work alone, not on the number of threads.
     pub fn block(&self, len: usize) -> usize {
         let one = self.numbers / len.max(1) as f64;
         ((BLOCK / one.max(1.0)) as usize).clamp(1, 1024)
     }
 
-    /// Runs `work` detached from the interpreter; an error of the core becomes the exception.
+    /// Runs `work` without the GIL and converts an error of the core to an exception.
     pub fn run<T: Send + 'static>(
         &self,
         work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send + 'static,
@@ -92,13 +93,13 @@ impl<'py> Call<'py> {
         Ok(self.run_any(work)?.map_err(|error| self.explained(error))?)
     }
 
-    /// Runs work of a fraction of a second where it stands, detached from the interpreter: it may borrow.
+    /// Runs work of a fraction of a second in place, without the GIL; it may borrow.
     pub fn run_here<T: Send>(&self, work: impl FnOnce() -> T + Send) -> PyResult<T> {
         let pool = self.num_threads.map(pool_of).transpose()?;
         Ok(self.py.detach(|| run_in(pool.as_deref(), work)))
     }
 
-    /// Runs `work` detached from the interpreter and returns what it returns.
+    /// Runs `work` without the GIL and returns its result.
     pub fn run_any<T: Send + 'static>(
         &self,
         work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
@@ -121,7 +122,7 @@ pub fn run<T: Send + 'static>(
     Call::new(py, None, numbers)?.over(field).run(work)
 }
 
-/// [`run`] on matrices; each of their entries is `weight` times the work of an exponential.
+/// [`run`] on matrices; each entry costs `weight` times the work of an exponential.
 pub fn run_on<T: Send + 'static, const N: usize>(
     py: Python<'_>,
     field: Field,
@@ -135,20 +136,20 @@ pub fn run_on<T: Send + 'static, const N: usize>(
     })
 }
 
-/// Questions between two looks at the clock, which would cost as much as a short piece of work.
+/// Number of polls between two readings of the clock, which would cost as much as a short piece of work.
 const QUESTIONS: u32 = 64;
 
-/// Works where it stands and looks for Ctrl-C now and then from inside, should it take longer than estimated.
+/// Runs work in place that occasionally polls for Ctrl-C, in case it takes longer than estimated.
 fn run_in_place<T: Send>(
     pool: Option<&ThreadPool>,
     work: impl FnOnce(Interrupt<'_>) -> T + Send,
 ) -> PyResult<T> {
     let (caller, questions) = (std::thread::current().id(), AtomicU32::new(1));
-    // When it looked last, and the signal that it found.
+    // Time of the last check, and the signal that it found.
     let looked = Mutex::new((Instant::now(), None));
     let question = || {
         let asked = questions.fetch_add(1, Ordering::Relaxed);
-        // Only the thread that called can find a signal.
+        // Only the calling thread can receive a signal.
         if !asked.is_multiple_of(QUESTIONS) || std::thread::current().id() != caller {
             return false;
         }
@@ -164,7 +165,7 @@ fn run_in_place<T: Send>(
     signal.map_or(Ok(result), Err)
 }
 
-/// Runs `work` in a pool, or where it stands: then rayon's global pool serves it.
+/// Runs `work` in a pool, or in place, where rayon's global pool serves it.
 fn run_in<T: Send>(pool: Option<&ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
     match pool {
         Some(pool) => pool.install(work),
@@ -172,7 +173,7 @@ fn run_in<T: Send>(pool: Option<&ThreadPool>, work: impl FnOnce() -> T + Send) -
     }
 }
 
-/// The pool of a given size, made once: a call must not pay for its threads.
+/// The pool of a given size, created once, so that calls do not pay for starting threads.
 fn pool_of(threads: usize) -> PyResult<Arc<ThreadPool>> {
     static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -189,10 +190,10 @@ fn failed(error: &dyn std::fmt::Display) -> PyErr {
     PyRuntimeError::new_err(error.to_string())
 }
 
-/// Works on another thread while this one, which may be the main thread, keeps an eye on signals.
+/// Runs work on another thread while this one, which may be the main thread, checks for signals.
 ///
-/// The worker owns what it works on: after Ctrl-C this call returns at once, and the worker stops at its next
-/// question, or at the end of the factorisation it is in, and drops its result.
+/// The worker owns its data: after Ctrl-C this call returns at once, while the worker stops at its next check, or after
+/// the current factorisation, and drops its result.
 fn run_watched<T: Send + 'static>(
     pool: Option<Arc<ThreadPool>>,
     work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
@@ -223,13 +224,13 @@ fn run_watched<T: Send + 'static>(
     }
 }
 
-/// Number of threads of the global pool.
+/// Return the number of threads of the global pool.
 #[pyfunction]
 pub fn num_threads() -> usize {
     rayon::current_num_threads()
 }
 
-/// The vector instruction sets that this processor offers and the kernels may use.
+/// Return the SIMD instruction sets that this processor offers and that the library may use.
 #[pyfunction]
 pub fn simd_features() -> Vec<&'static str> {
     crate::linalg::simd::features()

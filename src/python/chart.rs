@@ -6,19 +6,19 @@ use super::prelude::*;
 use super::state::{Kind, check_finite, on_chart, state};
 use crate::chart::{Chart, covariant_from_state};
 
-/// A chart of the paper: ``Chart.sphere()`` for St(3,1), ``Chart.frame()`` for St(3,2).
+/// Coordinate chart of arXiv 2404.19407: ``Chart.sphere()`` for St(3,1), ``Chart.frame()`` for St(3,2).
 ///
 /// Coordinates ``q`` have ``d`` entries: ``(theta, phi)`` or ``(theta, phi, psi)``, radians, ``0 < theta < pi``. A
 /// state is ``z = (q, qdot, p_q, p_qdot)``, shape ``(..., 4 d)``; leading axes are batches and broadcast.
 ///
 /// Notes
 /// -----
-/// arXiv 2404.19407, sections on St(3,1) and St(3,2). The Hamiltonian of the frame chart follows from
-/// the canonical metric; unlike the paper's longer form it does not divide by ``cos(theta)``.
+/// See the sections of arXiv 2404.19407 on St(3,1) and St(3,2). The Hamiltonian of the frame chart is derived from the
+/// canonical metric; unlike the longer form in the paper it does not divide by ``cos(theta)``.
 ///
 /// Examples
 /// --------
-/// The paper's curve on the sphere, and its end after 100 mid-point steps:
+/// A curve of the paper on the sphere, and its end after 100 midpoint steps:
 ///
 /// >>> import numpy as np
 /// >>> from stiefel_rs import Chart
@@ -50,7 +50,7 @@ impl PyChart {
         Ok(batches)
     }
 
-    /// A pair of momenta `(p_q, p_qdot)`, joined.
+    /// Joins a pair of momenta `(p_q, p_qdot)`.
     pub(super) fn read_guess(&self, pair: &Any) -> PyResult<Vec<f64>> {
         let d = self.d();
         if let Ok([p_q, p_qdot]) = two(pair)? {
@@ -73,7 +73,7 @@ impl PyChart {
         Numbers::from(self.map_array(objects, length, core, member)?).like(objects)
     }
 
-    /// [`PyChart::map`] for an array of NumPy's.
+    /// [`PyChart::map`] that returns a NumPy array.
     fn map_array<const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
@@ -91,7 +91,7 @@ impl PyChart {
         })
     }
 
-    /// [`PyChart::map`] for states, which are checked.
+    /// [`PyChart::map`] for states, which are validated.
     fn map_states(
         &self,
         z: &Any,
@@ -116,14 +116,15 @@ impl PyChart {
 
 #[pymethods]
 impl PyChart {
-    /// The sphere St(3,1): ``(theta, phi)``, metric ``diag(1, sin(theta)^2)``.
+    /// Return the chart of the sphere St(3,1): ``(theta, phi)``, metric ``diag(1, sin(theta)^2)``.
     #[staticmethod]
     fn sphere() -> Self {
         PyChart(Kind::Sphere)
     }
 
-    /// The 2-frames St(3,2): ``(theta, phi, psi)``, the canonical metric
-    /// ``dtheta^2 + dphi^2 + dpsi^2 + 2 cos(theta) dphi dpsi``.
+    /// Return the chart of the 2-frames St(3,2): ``(theta, phi, psi)``, with the canonical metric.
+    ///
+    /// The metric is ``dtheta^2 + dphi^2 + dpsi^2 + 2 cos(theta) dphi dpsi``.
     #[staticmethod]
     fn frame() -> Self {
         PyChart(Kind::Frame)
@@ -135,7 +136,7 @@ impl PyChart {
         self.0.dimension()
     }
 
-    /// Columns of an embedded point, 1 or 2.
+    /// Number of columns of an embedded point, 1 or 2.
     #[getter]
     fn k(&self) -> usize {
         self.0.columns()
@@ -149,12 +150,12 @@ impl PyChart {
         Ok((slf.get_type().getattr(slf.get().0.name())?, ()))
     }
 
-    /// The point of coordinates ``q``, shape (..., d) -> (..., 3, k).
+    /// Return the points with coordinates ``q``: shape (..., d) -> (..., 3, k).
     ///
     /// Raises
     /// ------
     /// OutsideDomainError
-    ///     Unless ``0 < theta < pi``; carries ``angle``. The same holds for every method.
+    ///     ``theta`` is not in ``(0, pi)``; carries ``angle``. The same holds for every method.
     fn embed(&self, q: &Any) -> PyResult<Numbers> {
         let (d, core) = (self.d(), [3, self.k()]);
         self.map(named![q], d, &core, |kind, [q], out, _| {
@@ -166,7 +167,7 @@ impl PyChart {
         })
     }
 
-    /// The velocity of coordinates ``q``, ``qdot``, shapes (..., d) -> (..., 3, k).
+    /// Return the ambient velocities for coordinates ``q`` and rates ``qdot``: shape (..., d) -> (..., 3, k).
     fn embed_velocity(&self, q: &Any, qdot: &Any) -> PyResult<Numbers> {
         let (d, core) = (self.d(), [3, self.k()]);
         self.map(named![q, qdot], d, &core, |kind, [q, qdot], out, _| {
@@ -179,7 +180,9 @@ impl PyChart {
         })
     }
 
-    /// Momenta ``(p_q, p_qdot)`` of a curve from its coordinate derivatives up to the third, all of shape (..., d).
+    /// Return the momenta ``(p_q, p_qdot)`` of a curve from its coordinate derivatives up to the third.
+    ///
+    /// All arrays have shape (..., d).
     ///
     /// Notes
     /// -----
@@ -204,7 +207,7 @@ impl PyChart {
         split(joined, 1, objects)
     }
 
-    /// Coordinate derivatives ``(q, qdot, qddot, qdddot)`` of the curve through a state, each of shape (..., d).
+    /// Return the coordinate derivatives ``(q, qdot, qddot, qdddot)`` of a state, each of shape (..., d).
     fn derivatives<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let joined = self.map_state_array(z, &[4, self.d()], |kind, z, out| {
             on_chart!(kind, chart => out.copy_from_slice(chart.derivatives(&state(z)).as_slice()));
@@ -213,9 +216,9 @@ impl PyChart {
         split(joined, 1, named![z])
     }
 
-    /// Point, velocity, covariant acceleration and covariant jerk ``(S, V, A, J)`` of a state: the inverse of `state`.
+    /// Return point, velocity, covariant acceleration and covariant jerk ``(S, V, A, J)`` of a state.
     ///
-    /// Shape (..., 4 d) -> four of shape (..., 3, k).
+    /// The inverse of :meth:`state`. Shape (..., 4 d) -> four arrays of shape (..., 3, k).
     fn covariant<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let core = [4, 3, self.0.columns()];
         let joined = self.map_state_array(z, &core, |kind, z, out| {
@@ -230,7 +233,7 @@ impl PyChart {
         split(joined, 2, named![z])
     }
 
-    /// The Hamiltonian, shape (..., 4 d) -> (...).
+    /// Evaluate the Hamiltonian, shape (..., 4 d) -> (...).
     fn hamiltonian(&self, z: &Any) -> PyResult<Numbers> {
         self.map_states(z, &[], |kind, z, out| {
             out[0] = on_chart!(kind, chart => chart.hamiltonian(&state(z)));
@@ -238,7 +241,7 @@ impl PyChart {
         })
     }
 
-    /// The exact gradient of the Hamiltonian, shape (..., 4 d).
+    /// Evaluate the exact gradient of the Hamiltonian, shape (..., 4 d).
     fn gradient(&self, z: &Any) -> PyResult<Numbers> {
         self.map_states(z, &[self.0.width()], |kind, z, out| {
             on_chart!(kind, chart => out.copy_from_slice(chart.gradient(&state(z)).as_slice()));
@@ -246,7 +249,7 @@ impl PyChart {
         })
     }
 
-    /// The exact Hessian of the Hamiltonian, shape (..., 4 d, 4 d).
+    /// Evaluate the exact Hessian of the Hamiltonian, shape (..., 4 d, 4 d).
     fn hessian(&self, z: &Any) -> PyResult<Numbers> {
         self.map_states(z, &[self.0.width(); 2], |kind, z, out| {
             on_chart!(kind, chart => out.copy_from_slice(chart.hessian(&state(z)).as_slice()));
@@ -255,7 +258,7 @@ impl PyChart {
     }
 }
 
-/// Split along the axis before the last `axes` ones into separate arrays, of the library of the arguments.
+/// Splits an array along the axis before the last `axes` ones into separate arrays, in the library of the arguments.
 fn split<'py, const N: usize>(
     joined: Array,
     axes: isize,

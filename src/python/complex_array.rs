@@ -4,10 +4,10 @@ use super::array_namespace::as_numpy;
 use super::convert::_check_unmasked;
 use super::prelude::*;
 
-/// The array that NumPy makes of something array-like, and whether its numbers are complex.
+/// Converts an array-like object to a NumPy array, and tells whether its numbers are complex.
 ///
 /// # Errors
-/// `InvalidInputError` where entries are masked; what NumPy raises.
+/// `InvalidInputError` if entries are masked; errors of NumPy.
 pub fn array_of<'py>(object: &Any<'py>, name: &str) -> PyResult<(Any<'py>, bool)> {
     _check_unmasked(name, object)?;
     let array = as_numpy(object, name)?;
@@ -15,8 +15,8 @@ pub fn array_of<'py>(object: &Any<'py>, name: &str) -> PyResult<(Any<'py>, bool)
     Ok((array, kind == 'c'))
 }
 
-/// Real and imaginary part of each number of a complex array, one after the other: float64 in C order, the last axis twice
-/// as long. Any strides, byte order and precision; the array itself has at least one axis, and no axis of length 0.
+/// Real and imaginary parts of a complex array as pairs: float64 in C order, with the last axis twice as long. Accepts
+/// any strides, byte order and precision; the array must have at least one axis, and no axis of length 0.
 pub fn pairs<'py>(array: &Any<'py>) -> PyResult<Any<'py>> {
     let requirements = ("C_CONTIGUOUS", "ALIGNED");
     let arguments = (array, "complex128", requirements);

@@ -1,4 +1,4 @@
-//! NumPy arrays in and out: coercion, reading, writing.
+//! NumPy arrays in and out: conversion, reading, writing.
 
 use faer::{Mat, MatMut, MatRef};
 use numpy::{
@@ -15,14 +15,14 @@ use super::array_namespace::as_numpy;
 use super::error::{ensure, invalid};
 pub(crate) use crate::stored::Array;
 
-/// Numbers copied between two checks for Ctrl-C (1 MB), a fraction of a millisecond. The first touch of fresh memory is
-/// slower: on a busy virtual machine 432 MB took 4 s, and Ctrl-C with them.
+/// Numbers copied between two checks for Ctrl-C (1 MB), a fraction of a millisecond. The first access to new memory is
+/// slower: on a busy virtual machine 432 MB took 4 s, and so did the reaction to Ctrl-C.
 const PIECE: usize = 1 << 17;
 
 /// A Python object, such as an argument that has not been read yet.
 pub type Any<'py> = Bound<'py, PyAny>;
 
-/// An argument with the name that messages give it.
+/// An argument with its name in error messages.
 pub type Named<'a, 'py> = (&'a Any<'py>, &'static str);
 
 /// Arguments with their names: `named![S, V]` is `[(S, "S"), (V, "V")]`.
@@ -31,7 +31,8 @@ macro_rules! named {
 }
 pub(super) use named;
 
-/// Loads NumPy's C interface, which otherwise happens in the first call of a function: there Ctrl-C would make it a panic.
+/// Loads NumPy's C interface, which otherwise happens in the first call of a function, where Ctrl-C would cause a
+/// panic.
 pub fn load_numpy(py: Python<'_>) -> PyResult<()> {
     numpy(py)?;
     PyArray1::<f64>::zeros(py, 0, false);
@@ -45,11 +46,11 @@ pub fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
     Ok(module.bind(py))
 }
 
-/// Numbers of NumPy's that the binding reads.
+/// Types of NumPy numbers that the binding reads.
 pub trait Entry: Element + Copy {
-    /// The name of their dtype.
+    /// Name of the dtype.
     const DTYPE: &str;
-    /// What they are called in messages.
+    /// Name in messages.
     const WORD: &str;
 }
 
@@ -63,10 +64,10 @@ impl Entry for Complex64 {
     const WORD: &str = "real or complex";
 }
 
-/// An array from anything array-like that same-kind casting makes float64: `TypeError` for complex numbers, text and objects.
+/// Converts an array-like object to float64 with same-kind casting: `TypeError` for complex numbers, text and objects.
 ///
 /// # Errors
-/// Besides, `InvalidInputError` where entries are masked.
+/// Also `InvalidInputError` if entries are masked.
 pub fn real_array<'py>(object: &Any<'py>, name: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
     array_of::<f64>(object, name)
 }
@@ -93,7 +94,7 @@ pub fn array_of<'py, T: Entry>(
     }
     let kind: char = dtype.getattr("kind")?.extract()?;
     let advice = match kind {
-        'O' => "; numbers among objects become real ones by astype(float)",
+        'O' => "; convert an object array of numbers with astype(float)",
         _ => "",
     };
     let found = format!("an array of dtype {dtype}{advice}");
@@ -101,8 +102,9 @@ pub fn array_of<'py, T: Entry>(
     Err(PyTypeError::new_err(message))
 }
 
-/// Error where an array, or one in a list, has masked entries: NumPy would read the numbers under the mask. Readers in Python
-/// call it too.
+/// Raise if an array, or an array in a list, has masked entries: NumPy would read the values under the mask.
+///
+/// Also called by functions written in Python.
 #[pyfunction]
 pub fn _check_unmasked(name: &str, object: &Any) -> PyResult<()> {
     let (masked, entries) = count_masked(object)?;
@@ -114,7 +116,7 @@ pub fn _check_unmasked(name: &str, object: &Any) -> PyResult<()> {
     Err(invalid!("{name}: {found}; fill or remove them"))
 }
 
-/// Masked entries of all masked arrays in an object, and all entries of these.
+/// Numbers of masked entries and of all entries in the masked arrays of an object.
 fn count_masked(object: &Any) -> PyResult<(usize, usize)> {
     if object.is_exact_instance_of::<PyFloat>() || object.is_exact_instance_of::<PyInt>() {
         return Ok((0, 0));
@@ -136,7 +138,8 @@ fn count_masked(object: &Any) -> PyResult<(usize, usize)> {
     Ok((masked.extract()?, object.getattr("size")?.extract()?))
 }
 
-/// Whether an object is an array of such numbers that is a slice: a view may have strides that are no multiple of an entry's size.
+/// Whether an object is an array of such numbers that can be read as a slice: strides of a view need not be multiples
+/// of the entry size.
 pub fn is_plain<T: Entry>(object: &Any) -> bool {
     let array = object.cast::<PyArrayDyn<T>>();
     array.is_ok_and(|array| array.is_c_contiguous() && array.data().is_aligned())
@@ -153,7 +156,7 @@ fn plain<'py, T: Entry>(array: Any<'py>) -> PyResult<PyReadonlyArrayDyn<'py, T>>
     Ok(plain.cast_into::<PyArrayDyn<T>>()?.readonly())
 }
 
-/// The entries in C order, read in pieces with checks for Ctrl-C in between.
+/// The entries in C order, read in pieces with checks for Ctrl-C between them.
 pub fn entries<T: Entry>(array: &Bound<'_, PyUntypedArray>) -> PyResult<Vec<T>> {
     let (py, len) = (array.py(), array.len());
     let mut out: Vec<T> = Vec::new();
@@ -169,7 +172,7 @@ pub fn entries<T: Entry>(array: &Bound<'_, PyUntypedArray>) -> PyResult<Vec<T>> 
         }
         PyResult::Ok(())
     };
-    // Of what is no slice only so much is converted at once.
+    // Other arrays are converted one piece at a time.
     let step = match array.shape() {
         [_, row @ ..] if !is_plain::<T>(array) => PIECE / row.iter().product::<usize>().max(1),
         _ => usize::MAX,
@@ -207,7 +210,7 @@ pub fn read_axes<const D: usize>(
     }
 }
 
-/// `InvalidInputError` for an array of another shape.
+/// `InvalidInputError` for an array of a wrong shape.
 pub fn unexpected(name: &str, expected: &str, found: &[usize]) -> PyErr {
     let found = tuple(found);
     invalid!("{name}: expected shape {expected}, found {found}")
@@ -222,14 +225,15 @@ pub fn collected<T, const N: usize>(results: [PyResult<T>; N]) -> PyResult<[T; N
     }
 }
 
-/// The two items of any pair: a tuple, a list, an array; of anything else their number, 3 where there are more.
+/// The two items of an iterable: a tuple, a list, an array; or else the number of its items, 3 if there are more than
+/// two.
 pub fn two<'py>(object: &Any<'py>) -> PyResult<Result<[Any<'py>; 2], usize>> {
     let items = object.try_iter()?.take(3).collect::<PyResult<Vec<_>>>()?;
     let found = items.len();
     Ok(items.try_into().map_err(|_| found))
 }
 
-/// Whether a word is the second of the two that there are.
+/// Whether a word is the second of two permitted words.
 pub fn is_second(name: &str, word: &str, [first, second]: [&str; 2]) -> PyResult<bool> {
     let known = [first, second].contains(&word);
     ensure!(
@@ -239,7 +243,7 @@ pub fn is_second(name: &str, word: &str, [first, second]: [&str; 2]) -> PyResult
     Ok(word == second)
 }
 
-/// A whole number of any size; what is too large for the core counts as its largest number.
+/// An integer of any size; one too large for the core is replaced by the largest integer of the core.
 pub fn whole(object: &Any) -> PyResult<i64> {
     match object.extract::<i64>() {
         Err(error) if error.is_instance_of::<PyOverflowError>(object.py()) => {
@@ -249,7 +253,7 @@ pub fn whole(object: &Any) -> PyResult<i64> {
     }
 }
 
-/// Check that a whole number is at least `least`.
+/// Check that an integer is at least `least`.
 pub fn count(name: &str, value: i64, least: i64) -> PyResult<usize> {
     match usize::try_from(value) {
         Ok(count) if value >= least => Ok(count),
@@ -284,7 +288,7 @@ impl Array {
         Array { shape, entries }
     }
 
-    /// A read-only array of NumPy's.
+    /// A read-only NumPy array.
     pub fn frozen(self, py: Python<'_>) -> PyResult<Owned> {
         let array = self.into_pyobject(py)?.into_any();
         freeze(&array)?;
@@ -299,10 +303,10 @@ impl From<Mat<f64>> for Array {
     }
 }
 
-/// An array that belongs to an object, of real or of complex numbers.
+/// An array that belongs to an object, with real or complex numbers.
 pub type Owned = Py<PyAny>;
 
-/// Makes an array read-only: results belong to frozen objects.
+/// Makes an array read-only, as results in frozen objects are.
 pub fn freeze(array: &Any) -> PyResult<()> {
     let write = [("write", false)].into_py_dict(array.py())?;
     array.call_method("setflags", (), Some(&write)).map(drop)

@@ -1,4 +1,4 @@
-//! Trajectories of Riemannian cubics, and the explicit symplectic splitting that makes them.
+//! Trajectories of Riemannian cubics, and the explicit symplectic splitting that computes them.
 
 use numpy::Complex64;
 
@@ -14,7 +14,7 @@ use crate::manifold::stored::check_orthonormal;
 /// Arrays in the order of the attributes, and both drifts.
 type Pickled<'py> = ([Any<'py>; 6], f64, f64);
 
-/// A discrete trajectory of a Riemannian cubic. Its arrays are read-only.
+/// Discrete trajectory of a Riemannian cubic; its arrays are read-only.
 #[pyclass(name = "CubicTrajectory", module = "stiefel_rs", frozen, get_all)]
 pub struct PyCubicTrajectory {
     /// Times, shape (steps + 1,).
@@ -27,21 +27,23 @@ pub struct PyCubicTrajectory {
     acceleration: Owned,
     /// Covariant jerks, shape (steps + 1, n, k).
     jerk: Owned,
-    /// The Hamiltonian ``|A|^2 / 2 - <J, V>`` in the canonical metric, shape (steps + 1,).
+    /// Hamiltonian ``|A|^2 / 2 - <J, V>`` in the canonical metric, shape (steps + 1,).
     energy: Owned,
-    /// Largest deviation of the spatial momentum from its start: ``|A|^2 = tr(A^T A) / 2``.
+    /// Largest deviation of the spatial momentum from its initial value, in the norm ``|A|^2 = tr(A^T A) / 2``.
     momentum_drift: f64,
-    /// Largest violation of the constraints: of ``mu_h = [x, p]_h`` in the same norm for `integrate_cubic`; of ``S^T S = I``
-    /// and of skew ``S^T V``, ``S^T p_S`` and ``S^T p_V``, Frobenius norm, for `integrate_embedded`.
+    /// Largest violation of the constraints.
+    ///
+    /// For `integrate_cubic`, of ``mu_h = [x, p]_h`` in the norm of `momentum_drift`. For `integrate_embedded`, of
+    /// ``S^T S = I`` and of the skew symmetry of ``S^T V``, ``S^T p_S`` and ``S^T p_V``, Frobenius norm.
     constraint_drift: f64,
 }
 
-/// The names of its arrays; of these the first and the last have one axis.
+/// Names of the arrays; the first and the last have one axis.
 const NAMES: [&str; 6] = ["t", "point", "velocity", "acceleration", "jerk", "energy"];
 
 #[pymethods]
 impl PyCubicTrajectory {
-    /// For pickle: a trajectory from its arrays.
+    /// For pickle: rebuilds a trajectory from its arrays.
     #[staticmethod]
     fn _restored(
         py: Python<'_>,
@@ -65,7 +67,7 @@ impl PyCubicTrajectory {
                 _ => shape.len() == 3 && *shape == common,
             };
             let (fits, found) = (fits && entries.iter().all(|x| x.is_finite()), tuple(shape));
-            ensure!(fits, "{name}: no part of a trajectory, shape {found}");
+            ensure!(fits, "{name}: shape {found} does not fit a trajectory");
         }
         let [count, n, k] = [common[0], common[1], common[2]];
         let fits = [0, 5].iter().all(|i| parts[*i].shape[0] == count);
@@ -90,7 +92,7 @@ impl PyCubicTrajectory {
         Ok((class.getattr("_restored")?, state))
     }
 
-    /// Trajectories do not change: a copy is the trajectory itself.
+    /// Trajectories are immutable: a copy is the trajectory itself.
     fn __copy__(slf: Py<Self>) -> Py<Self> {
         slf
     }
@@ -105,10 +107,10 @@ impl PyCubicTrajectory {
     }
 }
 
-/// The four quantities of all states: what a wrapped trajectory needs, computed without the interpreter.
+/// Point, velocity, acceleration and jerk of all states, computed without the interpreter.
 pub(super) type Sampled = (CubicTrajectory, [Samples; 4]);
 
-/// The points, velocities, accelerations and jerks of a trajectory beside it.
+/// A trajectory with its points, velocities, accelerations and jerks.
 pub(super) fn sampled(trajectory: CubicTrajectory) -> Result<Sampled> {
     let samples = [
         trajectory.points()?,
@@ -120,7 +122,7 @@ pub(super) fn sampled(trajectory: CubicTrajectory) -> Result<Sampled> {
 }
 
 impl PyCubicTrajectory {
-    /// The object of a trajectory.
+    /// The Python object of a trajectory.
     pub(super) fn wrap(
         py: Python<'_>,
         field: Field,
@@ -161,7 +163,7 @@ impl PyCubicTrajectory {
     }
 }
 
-/// A read-only array of shape `(states, n, k)` of samples of the core, column by column.
+/// A read-only array of shape `(states, n, k)` from samples of the core, which are stored by columns.
 fn sampled_array(
     py: Python<'_>,
     field: Field,
@@ -188,30 +190,31 @@ fn sampled_array(
     Ok(view.unbind())
 }
 
-/// The Riemannian cubic with the given initial data, by equal steps of an explicit symplectic splitting.
+/// Integrate a Riemannian cubic with given initial data, by equal steps of an explicit symplectic splitting.
 ///
-/// Any shape, no chart, no equation to solve: each step is a sequence of exact flows. Points stay orthonormal, spatial
-/// momentum and constraint conserved, to round-off; the energy has no drift.
+/// Works for any n and k, without charts and without solving equations: each step is a sequence of exact flows.
+/// Orthonormality, spatial momentum and the constraint are preserved to round-off; the energy does not drift.
 ///
 /// Parameters
 /// ----------
 /// S, V, A, J : array_like, shape (n, k)
-///     Point, and velocity, covariant acceleration and covariant jerk at it.
+///     Point, velocity, covariant acceleration and covariant jerk at ``t = 0``.
 /// steps : int
-///     Equal steps over ``[0, t_end]``, at least 1.
+///     Number of equal steps over ``[0, t_end]``, at least 1.
 /// t_end : float, default 1.0
-///     Negative to run backwards, not zero.
+///     End time, not zero; negative to integrate backwards.
 /// order : {2, 4, 6, 8}, default 6
-///     Order of the method: 1, 4, 5 or 12 exponentials per step; in tension 1, 5, 9 or 17.
+///     Order of the method, with 1, 4, 5 or 12 exponentials per step; with tension 1, 5, 9 or 17.
 /// tension : float, default 0.0
-///     As in :meth:`RiemannianCubic.from_initial`.
+///     As for :meth:`RiemannianCubic.from_initial`.
 /// manifold : Stiefel or Grassmann, optional
-///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-///     first given one on.
+///     Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+///     are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of bases that
+///     start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
 /// project : bool, default False
-///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+///     their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+///     single precision are always projected.
 ///
 /// Returns
 /// -------
@@ -220,14 +223,15 @@ fn sampled_array(
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal, not tangent, ``steps < 1``, ``t_end`` zero, unknown order, ``tension`` out of
-///     range, an exponential by more than 100 radians where ``n > 3``, a result too large for a number.
+///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent, ``steps < 1``, ``t_end`` zero,
+///     unknown order, ``tension`` out of range, an exponential that turns by more than 100 radians if ``n > 3``, a
+///     result that overflows.
 ///
 /// Notes
 /// -----
-/// ``H = <mu, x> + |p|^2 / 2 - tension |x|^2 / 2`` on the cotangent bundle of ``SO(n) x m`` (Crouch, Silva Leite 1995), split into its two
-/// terms. Compositions of order 4, 6 and 8 made for such splittings; the Rust documentation of ``SplittingOrder`` has
-/// their error constants.
+/// The Hamiltonian ``H = <mu, x> + |p|^2 / 2 - tension |x|^2 / 2`` on the cotangent bundle of ``SO(n) x m`` (Crouch,
+/// Silva Leite 1995) is split into two terms. The compositions of order 4, 6 and 8 are designed for such splittings;
+/// the Rust documentation of ``SplittingOrder`` lists their error constants.
 ///
 /// Examples
 /// --------

@@ -10,17 +10,17 @@ use crate::curve::sampling::rounded_to_end;
 use crate::curve::{Quantity, lift_into};
 use crate::linalg::complex_embedding::{restrict, restrict_into};
 
-/// A smooth curve on St(n, k).
+/// Smooth curve on a Stiefel or Grassmann manifold: the base class of all curves.
 ///
-/// Of complex frames where one of the arrays that it is made of is complex: points and vectors are complex then, and inner
-/// products of vectors in costs and lengths real parts of Hermitian ones.
+/// If one of the arrays that define the curve is complex, the frames are complex, points and vectors are complex, and
+/// inner products in costs and lengths are the real parts of Hermitian products.
 ///
-/// All curves share this protocol. Calls with a scalar ``t`` return shape ``(n, k)``, with an array of shape ``T``
-/// return ``T + (n, k)``. Many parameters are evaluated in parallel without the interpreter lock; results are
+/// All curves share this protocol. Calls with a scalar ``t`` return shape ``(n, k)``, calls with an array of shape
+/// ``T`` return ``T + (n, k)``. Many parameters are evaluated in parallel and without the GIL; results are
 /// bit-identical for any number of threads.
 #[pyclass(name = "Curve", module = "stiefel_rs", subclass, frozen)]
 pub struct PyCurve {
-    /// The curve of the core: of embedded frames, where they are complex.
+    /// The curve of the core; complex frames are embedded in real ones.
     pub(super) inner: Arc<dyn AnyCurve>,
     pub(super) field: Field,
 }
@@ -28,7 +28,7 @@ pub struct PyCurve {
 /// Make an object of a curve class from a curve of the core.
 ///
 /// # Errors
-/// `NotComplex` for a curve over the complex numbers that is not one of embedded frames.
+/// `NotComplex` if the frame is complex and the curve of the core is not one of embedded frames.
 pub(super) fn wrap<S: PyClass<BaseType = PyCurve>>(
     py: Python<'_>,
     inner: Arc<dyn AnyCurve>,
@@ -42,7 +42,8 @@ pub(super) fn wrap<S: PyClass<BaseType = PyCurve>>(
     Ok(PyClassInitializer::from(curve).add_subclass(class))
 }
 
-/// Makes curves callable by the method `_call`, which has a signature and a docstring: those of a slot nobody could see.
+/// Makes curves callable through the method `_call`, which has a signature and a docstring; a slot `__call__` shows
+/// neither.
 pub(super) fn make_callable(py: Python<'_>) -> PyResult<()> {
     let class = py.get_type::<PyCurve>();
     class.setattr("__call__", class.getattr("_call")?)
@@ -54,7 +55,8 @@ pub fn object<T: PyClass>(py: Python<'_>, class: PyClassInitializer<T>) -> PyRes
 }
 
 impl PyCurve {
-    /// Runs work whose length shows only on the way, such as an integral along the curve: it is always watched.
+    /// Runs work whose duration is not known in advance, such as an integral along the curve; it is always
+    /// interruptible.
     pub(super) fn run<T: Send + 'static>(
         &self,
         py: Python<'_>,
@@ -76,7 +78,7 @@ impl PyCurve {
         symbol(self.inner.quotient(), self.field, self.inner.shape())
     }
 
-    /// Samples at `t`, in the library of `t`.
+    /// Samples at `t`, as an array of the library of `t`.
     fn sample<'py>(
         &self,
         t: &Any<'py>,
@@ -98,7 +100,7 @@ impl PyCurve {
         Namespace::of(named![t])?.array(samples)
     }
 
-    /// Parameters that are in the interval, those that miss an end by rounding moved to it.
+    /// Checks that parameters are in the interval; those within rounding of an end are moved to it.
     fn inside<'py>(&self, t: &Any<'py>) -> PyResult<Any<'py>> {
         let Array { shape, entries } = read(t, "t")?;
         let (start, end) = self.inner.t_span();
@@ -106,7 +108,7 @@ impl PyCurve {
         let moved = entries.iter().map(|t| rounded_to_end(*t, (first, last)));
         let entries: Vec<f64> = moved.collect();
         if let Some(t) = entries.iter().find(|t| **t < first || **t > last) {
-            let span = format!("between {first} and {last}, or with extrapolate=True");
+            let span = format!("between {first} and {last} unless extrapolate=True");
             return Err(invalid!("t: must be {span}, found {t}"));
         }
         Array { shape, entries }.into_bound_py_any(t.py())
@@ -119,7 +121,7 @@ impl PyCurve {
         num_threads: Option<i64>,
     ) -> PyResult<Any<'py>> {
         let (py, (n, k), (start, end)) = (t.py(), self.inner.shape(), self.inner.t_span());
-        // Outside of it curves may be integrated on, which takes unknown time.
+        // Outside the interval curves may be integrated further, which takes unknown time.
         let inside = |t: &f64| (start.min(end)..=start.max(end)).contains(t);
         let each = match quantity {
             Quantity::Derivative(0) => n * k,
@@ -156,7 +158,7 @@ impl PyCurve {
         stored.call_method1("swapaxes", (-1, -2))
     }
 
-    /// Samples of embedded frames, restricted piece by piece: they are four times as many numbers.
+    /// Samples of embedded frames, restricted piece by piece, since they are four times as many numbers.
     fn sample_complex<'py>(
         &self,
         call: &Call<'py>,
@@ -181,7 +183,7 @@ impl PyCurve {
         stored.call_method1("swapaxes", (-1, -2))
     }
 
-    /// Error unless points and velocities at some parameters are complex ones.
+    /// Returns an error unless points and velocities at some parameters are embedded complex matrices.
     fn check_complex(&self, py: Python<'_>) -> PyResult<()> {
         let (curve, (rows, cols)) = (Arc::clone(&self.inner), self.inner.shape());
         self.field.check_shape((rows, cols))?;
@@ -205,8 +207,9 @@ impl PyCurve {
         })
     }
 
-    /// Coordinates first, then their lift piece by piece into an array of NumPy's, which asks for huge pages: with
-    /// ordinary ones the first touch of gigabytes costs more than the product. Between pieces Ctrl-C is seen.
+    /// Computes the coordinates first, then lifts them piece by piece into an array of NumPy, which requests huge
+    /// pages: with ordinary pages the first access to gigabytes costs more than the product. Between pieces it polls
+    /// for Ctrl-C.
     fn sample_large<'py>(
         &self,
         call: &Call<'py>,
@@ -238,7 +241,7 @@ impl PyCurve {
         stored.call_method1("swapaxes", (-1, -2))
     }
 
-    /// One parameter of a cheap curve: the interpreter lock costs more to release than to keep.
+    /// Evaluates one parameter of a cheap curve in place: releasing the GIL costs more than keeping it.
     fn sample_one<'py>(&self, py: Python<'py>, t: f64, quantity: Quantity) -> PyResult<Any<'py>> {
         let samples = self.inner.sample(&[t], quantity, Interrupt::NEVER)?;
         let (n, k) = self.inner.shape();
@@ -248,27 +251,27 @@ impl PyCurve {
     }
 }
 
-/// Entries of a result from which it is worth to lift it into huge pages (32 MB), in a frame of few columns.
+/// Result size (32 MB) from which lifting into huge pages pays off, for a frame of few columns.
 const LARGE: usize = 1 << 22;
 const TALL: usize = 8;
 
-/// Parameters at which a curve is looked at that should be complex.
+/// Number of parameters at which a supposedly complex curve is checked.
 const CHECKED: usize = 9;
 
 /// Complex numbers of one piece of samples.
 const COMPLEX_PIECE: usize = 1 << 20;
 
-/// Multiplications of one piece of a lift: about a tenth of a second.
+/// Multiplications per piece of a lift: about a tenth of a second.
 const PIECE: usize = 1 << 29;
 
-/// Coordinates below this lift without overflow.
+/// Coordinates below this bound can be lifted without overflow.
 const HUGE: f64 = 1e300;
 
-/// Numbers up to which a single evaluation keeps the interpreter lock (a few microseconds).
+/// Result size up to which a single evaluation keeps the GIL (a few microseconds).
 const IN_PLACE: usize = 40;
 
-/// Work for one number of a point, in that for one of an exponential: 15 to 100 ns. In a thread of their own 1000 points of S^2 take
-/// 141 ns each in place of 76.
+/// Work per number of a point, relative to one exponential: 15 to 100 ns. In a separate thread 1000 points of S^2 take
+/// 141 ns each instead of 76.
 const SAMPLE: f64 = 0.05;
 
 /// Time of a derivative relative to that of a position.
@@ -276,51 +279,51 @@ const DERIVATIVES: usize = 10;
 
 #[pymethods]
 impl PyCurve {
-    /// Rows of a point.
+    /// Number of rows of a point.
     #[getter]
     fn n(&self) -> usize {
         self.shape().0
     }
 
-    /// Columns of a point.
+    /// Number of columns of a point.
     #[getter]
     fn k(&self) -> usize {
         self.shape().1
     }
 
-    /// "real" or "complex": what numbers points consist of.
+    /// Field of the entries: "real" or "complex".
     #[getter(field)]
     fn field_word(&self) -> &'static str {
         self.field.word()
     }
 
-    /// The manifold of the points: a :class:`Stiefel`, or a :class:`Grassmann` for a curve of subspaces.
+    /// Manifold of the points: a :class:`Stiefel`, or a :class:`Grassmann` for a curve of subspaces.
     #[getter]
     fn manifold(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let (quotient, shape) = (self.inner.quotient(), self.inner.shape());
         manifold_of(py, quotient, self.field, shape)
     }
 
-    /// The interval that the curve is made for.
+    /// Interval ``(start, end)`` on which the curve is defined.
     #[getter]
     fn t_span(&self) -> (f64, f64) {
         self.inner.t_span()
     }
 
-    /// Position, or the ambient derivative of order ``nu``, at ``t``: what ``curve(t)`` returns.
+    /// Position, or ambient derivative of order ``nu``, at ``t``; ``curve(t)`` calls this.
     ///
     /// Parameters
     /// ----------
     /// t : array_like, shape T
-    ///     Parameters, any finite numbers; the curve is made for ``t_span``.
+    ///     Parameters, any finite numbers; the curve is defined on ``t_span`` and may extend beyond it.
     /// nu : int, default 0
     ///     Order of the derivative, 0 to 3; exact, by differentiating the algorithm.
     /// extrapolate : bool, optional
-    ///     Whether the curve goes on outside of ``t_span``, or parameters there raise, but for those that miss an end by 4 units in
-    ///     the last place of the larger one, which count as that end. By default as the spline was made, ``extrapolate``; all other
-    ///     curves go on.
+    ///     If True, evaluate the curve outside ``t_span`` too; if False, parameters outside raise. Parameters within 4
+    ///     ulp of an end (of the larger end in absolute value) count as that end. By default splines use their own
+    ///     ``extrapolate``, and all other curves are evaluated everywhere.
     /// num_threads : int, optional
-    ///     Threads; by default those of the global pool.
+    ///     Number of threads; by default the size of the global pool.
     ///
     /// Returns
     /// -------
@@ -329,9 +332,9 @@ impl PyCurve {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     ``t`` not finite or outside, ``nu`` out of range.
+    ///     ``t`` not finite or outside ``t_span``, ``nu`` out of range.
     /// OutsideDomainError
-    ///     Intermediate points that no unique quasi-geodesic joins: outside of ``t_span``, or for far or fast data.
+    ///     No unique quasi-geodesic joins two intermediate points: outside ``t_span``, or for distant or fast data.
     #[pyo3(signature = (t, nu=0, *, extrapolate=None, num_threads=None))]
     fn _call<'py>(
         &self,
@@ -347,7 +350,9 @@ impl PyCurve {
         self.sample(t, quantity, extrapolate, num_threads)
     }
 
-    /// Velocity ``S'`` at ``t``, shape ``T + (n, k)``; arguments as of ``curve(t)``.
+    /// Return the velocity ``S'`` at ``t``, shape ``T + (n, k)``.
+    ///
+    /// The arguments are the same as for ``curve(t)``.
     #[pyo3(signature = (t, *, extrapolate=None, num_threads=None))]
     fn velocity<'py>(
         &self,
@@ -358,7 +363,9 @@ impl PyCurve {
         self.sample(t, Quantity::Derivative(1), extrapolate, num_threads)
     }
 
-    /// Covariant acceleration ``D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``; arguments as of ``curve(t)``.
+    /// Return the covariant acceleration ``D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``.
+    ///
+    /// The arguments are the same as for ``curve(t)``.
     #[pyo3(signature = (t, *, extrapolate=None, num_threads=None))]
     fn acceleration<'py>(
         &self,
@@ -369,7 +376,9 @@ impl PyCurve {
         self.sample(t, Quantity::Acceleration, extrapolate, num_threads)
     }
 
-    /// Covariant jerk ``D_t D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``; arguments as of ``curve(t)``.
+    /// Return the covariant jerk ``D_t D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``.
+    ///
+    /// The arguments are the same as for ``curve(t)``.
     #[pyo3(signature = (t, *, extrapolate=None, num_threads=None))]
     fn jerk<'py>(
         &self,
@@ -380,7 +389,7 @@ impl PyCurve {
         self.sample(t, Quantity::Jerk, extrapolate, num_threads)
     }
 
-    /// The ambient derivative of order ``nu`` as a function of ``t``.
+    /// Return the ambient derivative of order ``nu`` as a function of ``t``.
     ///
     /// Parameters
     /// ----------
@@ -390,7 +399,7 @@ impl PyCurve {
     /// Returns
     /// -------
     /// CurveDerivative
-    ///     Called as the curve is; it has a ``derivative`` too.
+    ///     Callable like the curve; has a method ``derivative`` too.
     ///
     /// Examples
     /// --------
@@ -404,29 +413,32 @@ impl PyCurve {
         module.getattr("CurveDerivative")?.call1((slf, nu))
     }
 
-    /// The cost: integral of ``|D_t S'|^2`` over ``t_span``, canonical metric; in tension of ``|D_t S'|^2 + tension |S'|^2``.
+    /// Return the cost: the integral of ``|D_t S'|^2`` over ``t_span``, canonical metric.
     ///
-    /// Relative error 1e-12, or round-off of the acceleration where that is more.
+    /// With tension, the integral of ``|D_t S'|^2 + tension |S'|^2``.
+    ///
+    /// The relative error is 1e-12, or the round-off of the acceleration if that is larger.
     ///
     /// Raises
     /// ------
     /// ConvergenceError
-    ///     The quadrature does not settle.
+    ///     The quadrature did not converge.
     fn cost(&self, py: Python<'_>) -> PyResult<f64> {
         let cost = self.run(py, None, |curve, interrupt| curve.cost(interrupt))?;
         Ok(self.field.squared(cost))
     }
 
-    /// Write the curve to a file, all its numbers, so that :func:`load` gives back the same curve to the last bit.
+    /// Save all numbers of the curve to a file, from which :func:`load` restores the curve to the last bit.
     ///
     /// Parameters
     /// ----------
     /// path : str or os.PathLike
-    ///     Name of the file, usually one that ends in ``.npz``. A file that is there is replaced, once the new one is written.
+    ///     Name of the file, usually ending in ``.npz``. An existing file is replaced once the new one is complete.
     ///
     /// Notes
     /// -----
-    /// An archive of plain arrays (``numpy.load`` reads it, with no pickle inside), with the version of its form.
+    /// The file is an archive of plain arrays without pickles, which ``numpy.load`` reads too, and states the version
+    /// of its format.
     fn save(slf: &Bound<'_, Self>, path: &Any) -> PyResult<()> {
         let storage = slf.py().import("stiefel_rs.storage")?;
         let form = slf.call_method0("_stored")?;
@@ -439,13 +451,13 @@ impl PyCurve {
         Ok((build, (slf.call_method0("_stored")?,)))
     }
 
-    /// For files and pickles: all numbers of the curve.
+    /// All numbers of the curve, for files and pickles.
     fn _stored<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (kind, fields) = self.inner.stored();
         form(py, kind, self.field, fields)
     }
 
-    /// Curves do not change: a copy is the curve itself.
+    /// Curves are immutable: a copy is the curve itself.
     fn __copy__(slf: Py<Self>) -> Py<Self> {
         slf
     }

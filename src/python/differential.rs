@@ -1,16 +1,15 @@
-//! Derivatives of `skew_exp` and `orthogonal_log`, and of the exponential and the logarithm of frames, for arrays, and their
-//! transposes. Those of complex matrices are those of
-//! embedded ones, which the embedding maps to each other.
+//! Derivatives of `skew_exp` and `orthogonal_log`, and of the exponential and logarithm of frames, for arrays, and their
+//! transposes. Derivatives of complex functions are computed in the embedding, which commutes with differentiation.
 
 use super::batch::map_batch;
 use super::prelude::*;
 use crate::linalg::{OrthogonalLogDifferential, SkewExpDifferential};
 use crate::manifold::{ExponentialDifferential, LogarithmDifferential};
 
-/// The work for a number of a matrix, beside that of the value.
+/// Work per number of a matrix, relative to the value.
 const WORK: f64 = 8.0;
 
-/// A derivative at a matrix of an argument named first, applied to a matrix of one named second.
+/// A derivative at a matrix (first name), applied to a matrix (second name).
 fn apply<'py>(
     [(at, name), (direction, other)]: [(&Any<'py>, &'static str); 2],
     one: impl Fn(MatRef<'_, f64>, MatRef<'_, f64>) -> Result<Mat<f64>> + Shared,
@@ -43,48 +42,48 @@ fn apply<'py>(
     field.numbers(found)?.like(arguments)
 }
 
-/// Derivative of the exponential of a skew-symmetric matrix in a direction.
+/// Return the derivative of :func:`skew_exp` in a direction.
 ///
 /// Parameters
 /// ----------
 /// A : array_like, shape (..., m, m)
 ///     Skew-symmetric or skew-Hermitian, as for :func:`skew_exp`.
 /// dA : array_like, shape (..., m, m)
-///     Direction, of which the skew-symmetric or skew-Hermitian part counts.
+///     Direction, of which only the skew-symmetric or skew-Hermitian part is used.
 ///
 /// Returns
 /// -------
 /// ndarray, shape (..., m, m)
-///     Derivative of ``skew_exp(A + h * dA)`` by ``h`` at 0, to about ``m * 1e-15``.
+///     Derivative of ``skew_exp(A + h * dA)`` with respect to ``h`` at 0, to about ``m * 1e-15``.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     As :func:`skew_exp`; shape.
+///     As for :func:`skew_exp`, or mismatched shapes.
 #[pyfunction]
 pub fn skew_exp_variation(A: &Any, dA: &Any) -> PyResult<Numbers> {
     apply(named![A, dA], |a, e| SkewExpDifferential::new(a)?.apply(e))
 }
 
-/// Gradient of ``sum(W * skew_exp(A))``: the transpose of :func:`skew_exp_variation`.
+/// Return the gradient of ``sum(W * skew_exp(A))``: the transpose of :func:`skew_exp_variation`.
 ///
 /// Parameters
 /// ----------
 /// A : array_like, shape (..., m, m)
 ///     Skew-symmetric or skew-Hermitian, as for :func:`skew_exp`.
 /// W : array_like, shape (..., m, m)
-///     Derivatives of a function by the entries of the exponential.
+///     Derivatives of a function with respect to the entries of the exponential.
 ///
 /// Returns
 /// -------
 /// ndarray, shape (..., m, m)
-///     The skew-symmetric ``G`` with ``sum(G * dA) == sum(W * skew_exp_variation(A, dA))``, of complex matrices the
-///     real parts with conjugate ``G`` and ``W``.
+///     The skew-symmetric ``G`` with ``sum(G * dA) == sum(W * skew_exp_variation(A, dA))``; for complex matrices the
+///     equation holds for the real parts with conjugate ``G`` and ``W``.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     As :func:`skew_exp`; shape.
+///     As for :func:`skew_exp`, or mismatched shapes.
 #[pyfunction]
 pub fn skew_exp_pullback(A: &Any, W: &Any) -> PyResult<Numbers> {
     apply(named![A, W], |a, w| {
@@ -92,24 +91,24 @@ pub fn skew_exp_pullback(A: &Any, W: &Any) -> PyResult<Numbers> {
     })
 }
 
-/// Derivative of the principal logarithm of a rotation in a direction.
+/// Return the derivative of :func:`orthogonal_log` in a direction.
 ///
 /// Parameters
 /// ----------
 /// Q : array_like, shape (..., m, m)
-///     Rotation or unitary matrix, as for :func:`orthogonal_log`; no angle of a unitary one is pi.
+///     Rotation or unitary matrix, as for :func:`orthogonal_log`; a unitary matrix must not have an angle of pi.
 /// dQ : array_like, shape (..., m, m)
-///     Direction, of which the part tangent at Q counts.
+///     Direction, of which only the part tangent at ``Q`` is used.
 ///
 /// Returns
 /// -------
 /// ndarray, shape (..., m, m)
-///     The derivative, skew-symmetric.
+///     The derivative, skew-symmetric or skew-Hermitian.
 ///
 /// Raises
 /// ------
 /// InvalidInputError, OutsideDomainError
-///     As :func:`orthogonal_log`; shape.
+///     As for :func:`orthogonal_log`, or mismatched shapes.
 #[pyfunction]
 pub fn orthogonal_log_variation(Q: &Any, dQ: &Any) -> PyResult<Numbers> {
     apply(named![Q, dQ], |q, f| {
@@ -117,24 +116,25 @@ pub fn orthogonal_log_variation(Q: &Any, dQ: &Any) -> PyResult<Numbers> {
     })
 }
 
-/// Gradient of ``sum(W * orthogonal_log(Q))``: the transpose of :func:`orthogonal_log_variation`.
+/// Return the gradient of ``sum(W * orthogonal_log(Q))``: the transpose of :func:`orthogonal_log_variation`.
 ///
 /// Parameters
 /// ----------
 /// Q : array_like, shape (..., m, m)
-///     Rotation or unitary matrix, as for :func:`orthogonal_log`; no angle of a unitary one is pi.
+///     Rotation or unitary matrix, as for :func:`orthogonal_log`; a unitary matrix must not have an angle of pi.
 /// W : array_like, shape (..., m, m)
-///     Derivatives of a function by the entries of the logarithm.
+///     Derivatives of a function with respect to the entries of the logarithm.
 ///
 /// Returns
 /// -------
 /// ndarray, shape (..., m, m)
-///     The ``G`` tangent at Q with ``sum(G * dQ) == sum(W * orthogonal_log_variation(Q, dQ))`` for ``dQ`` tangent at Q.
+///     The ``G`` tangent at ``Q`` with ``sum(G * dQ) == sum(W * orthogonal_log_variation(Q, dQ))`` for ``dQ`` tangent
+///     at ``Q``.
 ///
 /// Raises
 /// ------
 /// InvalidInputError, OutsideDomainError
-///     As :func:`orthogonal_log`; shape.
+///     As for :func:`orthogonal_log`, or mismatched shapes.
 #[pyfunction]
 pub fn orthogonal_log_pullback(Q: &Any, W: &Any) -> PyResult<Numbers> {
     apply(named![Q, W], |q, w| {
@@ -142,15 +142,15 @@ pub fn orthogonal_log_pullback(Q: &Any, W: &Any) -> PyResult<Numbers> {
     })
 }
 
-/// The work for a number of a point: a matrix function of `n x n` matrices, for the logarithm one per dimension.
+/// Work per number of a point: a matrix function of `n x n` matrices, for the logarithm one per dimension.
 const WORK_OF_FRAMES: [f64; 2] = [30.0, 1000.0];
 
-/// Derivative of ``Stiefel.exp`` (canonical metric) at ``S``, ``V``, by changes of both that keep them point and tangent vector.
+/// Return the derivative of ``Stiefel.exp`` (canonical metric) at ``(S, V)``.
 ///
 /// Parameters
 /// ----------
 /// S, V, dS, dV : array_like, shape (n, k)
-///     Real or complex.
+///     Point, tangent vector and their variations along a family of points and tangent vectors; real or complex.
 ///
 /// Returns
 /// -------
@@ -159,7 +159,7 @@ const WORK_OF_FRAMES: [f64; 2] = [30.0, 1000.0];
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal, not tangent.
+///     Wrong shape, non-finite entries, point not orthonormal, vector not tangent.
 #[pyfunction]
 pub fn exp_variation(S: &Any, V: &Any, dS: &Any, dV: &Any) -> PyResult<Numbers> {
     let arguments = named![S, V, dS, dV];
@@ -175,12 +175,14 @@ pub fn exp_variation(S: &Any, V: &Any, dS: &Any, dV: &Any) -> PyResult<Numbers> 
     field.number_matrix(found)?.like(arguments)
 }
 
-/// Gradients of ``sum(W * exp(S, V))`` by ``S`` and ``V``: the transpose of :func:`exp_variation`.
+/// Return the gradients of ``sum(W * exp(S, V))`` with respect to ``S`` and ``V``.
+///
+/// The transpose of :func:`exp_variation`.
 ///
 /// Parameters
 /// ----------
 /// S, V, W : array_like, shape (n, k)
-///     Real or complex; of complex matrices the real part of the product with the conjugate of ``W``.
+///     Real or complex; for complex matrices, the gradients of ``Re sum(conj(W) * exp(S, V))``.
 ///
 /// Returns
 /// -------
@@ -189,7 +191,7 @@ pub fn exp_variation(S: &Any, V: &Any, dS: &Any, dV: &Any) -> PyResult<Numbers> 
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal, not tangent.
+///     Wrong shape, non-finite entries, point not orthonormal, vector not tangent.
 #[pyfunction]
 pub fn exp_pullback(S: &Any, V: &Any, W: &Any) -> PyResult<(Numbers, Numbers)> {
     let arguments = named![S, V, W];
@@ -201,12 +203,12 @@ pub fn exp_pullback(S: &Any, V: &Any, W: &Any) -> PyResult<(Numbers, Numbers)> {
     pair(field, found, arguments)
 }
 
-/// Derivative of ``Stiefel.log`` (canonical metric) at ``S0``, ``S1``, by changes of both that keep them points.
+/// Return the derivative of ``Stiefel.log`` (canonical metric) at ``(S0, S1)``.
 ///
 /// Parameters
 /// ----------
 /// S0, S1, dS0, dS1 : array_like, shape (n, k)
-///     Real or complex.
+///     Points and their variations along a family of points; real or complex.
 ///
 /// Returns
 /// -------
@@ -215,9 +217,9 @@ pub fn exp_pullback(S: &Any, V: &Any, W: &Any) -> PyResult<(Numbers, Numbers)> {
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal.
+///     Wrong shape, non-finite entries, points not orthonormal.
 /// OutsideDomainError, ConvergenceError
-///     As :meth:`Stiefel.log`; ends that are conjugate along the geodesic.
+///     As for :meth:`Stiefel.log`, or the points are conjugate along the geodesic.
 #[pyfunction]
 pub fn log_variation(S0: &Any, S1: &Any, dS0: &Any, dS1: &Any) -> PyResult<Numbers> {
     let arguments = named![S0, S1, dS0, dS1];
@@ -236,12 +238,14 @@ pub fn log_variation(S0: &Any, S1: &Any, dS0: &Any, dS1: &Any) -> PyResult<Numbe
     field.number_matrix(found)?.like(arguments)
 }
 
-/// Gradients of ``sum(W * log(S0, S1))`` by ``S0`` and ``S1``: the transpose of :func:`log_variation`.
+/// Return the gradients of ``sum(W * log(S0, S1))`` with respect to ``S0`` and ``S1``.
+///
+/// The transpose of :func:`log_variation`.
 ///
 /// Parameters
 /// ----------
 /// S0, S1, W : array_like, shape (n, k)
-///     Real or complex; of complex matrices the real part of the product with the conjugate of ``W``.
+///     Real or complex; for complex matrices, the gradients of ``Re sum(conj(W) * log(S0, S1))``.
 ///
 /// Returns
 /// -------
@@ -250,9 +254,9 @@ pub fn log_variation(S0: &Any, S1: &Any, dS0: &Any, dS1: &Any) -> PyResult<Numbe
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal.
+///     Wrong shape, non-finite entries, points not orthonormal.
 /// OutsideDomainError, ConvergenceError
-///     As :func:`log_variation`.
+///     As for :func:`log_variation`.
 #[pyfunction]
 pub fn log_pullback(S0: &Any, S1: &Any, W: &Any) -> PyResult<(Numbers, Numbers)> {
     let arguments = named![S0, S1, W];

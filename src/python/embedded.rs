@@ -8,20 +8,21 @@ use crate::cubic::{EmbeddedOptions, integrate_embedded as integrate};
 
 /// Integrate a Riemannian cubic by equal steps of a symplectic method in the embedding.
 ///
-/// The phase space is the paper's, ``T*(TSt(n, k))``, as a submanifold of four copies of the ``n x k`` matrices: any
-/// shape, no chart. Order 2. ``S^T S = I``, ``S^T V + V^T S = 0``, the momentum constraints and the spatial momentum hold
-/// to round-off, the energy has no drift. `integrate_cubic` solves no equation: it is faster, and its errors are smaller.
+/// The phase space is that of arXiv 2404.19407, ``T*(TSt(n, k))``, as a submanifold of four copies of the ``n x k``
+/// matrices; any n and k, without charts. The order is 2. ``S^T S = I``, ``S^T V + V^T S = 0``, the momentum
+/// constraints and the spatial momentum hold to round-off, and the energy does not drift. :func:`integrate_cubic` does
+/// not solve equations; it is faster and more accurate.
 ///
 /// Parameters
 /// ----------
 /// S, V, A, J : array_like, shape (n, k)
-///     Point, and velocity, covariant acceleration and covariant jerk at it.
+///     Point, velocity, covariant acceleration and covariant jerk at ``t = 0``.
 /// steps : int
-///     Equal steps over ``[0, t_end]``, at least 1.
+///     Number of equal steps over ``[0, t_end]``, at least 1.
 /// t_end : float, default 1.0
-///     Negative to run backwards, not zero.
+///     End time, not zero; negative to integrate backwards.
 /// map : {"midpoint"}, default "midpoint"
-///     Discretization map of the ambient space, ``R_d(q, v) = (q - v/2, q + v/2)``. Its cotangent lift keeps
+///     Discretization map of the ambient space, ``R_d(q, v) = (q - v/2, q + v/2)``. Its cotangent lift preserves
 ///     quadratic constraints.
 /// project : bool, default False
 ///     As for :func:`integrate_cubic`.
@@ -33,18 +34,18 @@ use crate::cubic::{EmbeddedOptions, integrate_embedded as integrate};
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal, not tangent, ``steps < 1``, ``t_end`` zero, unknown map, a result too large
-///     for a number.
+///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent, ``steps < 1``, ``t_end`` zero,
+///     unknown map, a result that overflows.
 /// ConvergenceError
-///     A step is too long for its implicit equations; carries ``report``.
+///     A step is too long for its implicit equations to be solved; carries ``report``.
 ///
 /// Notes
 /// -----
 /// ``H = <p_S S^T + p_V V^T, X> + |p_V S^T - S p_V^T|^2 / 4`` with ``X = V S^T - S V^T - S (S^T V - V^T S) S^T / 2``,
-/// Frobenius products. A step is the implicit midpoint rule of the ambient space, after which multiples of the gradients
-/// of the constraints make ``S^T p_S`` and ``S^T p_V`` skew. arXiv 2404.19407 names such a method as future work;
-/// discretization maps: Barbero-Linan, Martin de Diego (2023); constraints: Jay (1996), Hairer, Lubich, Wanner (2006),
-/// section VII.1.4.
+/// Frobenius products. A step is the implicit midpoint rule of the ambient space; then multiples of the gradients of
+/// the constraints are added to make ``S^T p_S`` and ``S^T p_V`` skew. arXiv 2404.19407 names such a method as future
+/// work. Discretization maps: Barbero-Linan, Martin de Diego (2023); constraints: Jay (1996), Hairer, Lubich, Wanner
+/// (2006), section VII.1.4.
 ///
 /// Examples
 /// --------
@@ -85,5 +86,5 @@ pub fn integrate_embedded(
     PyCubicTrajectory::wrap(py, field, &trajectory, samples)
 }
 
-/// Evaluations of the vector field that one step takes, about.
+/// Approximate number of evaluations of the vector field per step.
 const EVALUATIONS: f64 = 10.0;

@@ -9,7 +9,7 @@ use super::record::record;
 use crate::error::Error;
 use crate::report::{SolverReport, StopReason};
 
-/// How an iteration ended.
+/// Outcome of an iterative solver.
 #[pyclass(name = "SolverReport", module = "stiefel_rs", frozen, get_all)]
 #[derive(Clone, Copy)]
 pub struct PySolverReport {
@@ -17,12 +17,14 @@ pub struct PySolverReport {
     converged: bool,
     /// Newton steps taken.
     iterations: usize,
-    /// Euclidean norm of the residual at the returned iterate.
+    /// Euclidean norm of the residual at the final iterate.
     residual: f64,
-    /// The tolerance that was asked for.
+    /// Requested tolerance.
     tolerance: f64,
-    /// ``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"``, ``"not_minimal"`` or
-    /// ``"work_limit"``.
+    /// Reason for stopping.
+    ///
+    /// One of ``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"``,
+    /// ``"not_minimal"`` and ``"work_limit"``.
     reason: &'static str,
 }
 
@@ -37,7 +39,7 @@ impl PySolverReport {
         reason: &str,
     ) -> PyResult<Self> {
         let Some(reason) = StopReason::from_word(reason) else {
-            return Err(invalid!("reason: '{reason}' is not one"));
+            return Err(invalid!("reason: unknown reason '{reason}'"));
         };
         Ok(PySolverReport {
             converged,
@@ -63,19 +65,19 @@ impl From<SolverReport> for PySolverReport {
     }
 }
 
-/// An exception of `stiefel_rs.errors`.
+/// Builds an exception of `stiefel_rs.errors`.
 fn build<'py>(py: Python<'py>, class: &str, arguments: impl PyCallArgs<'py>) -> PyErr {
     let classes = py.import("stiefel_rs.errors");
     let instance = classes.and_then(|classes| classes.getattr(class)?.call1(arguments));
     instance.map_or_else(|error| error, PyErr::from_value)
 }
 
-/// `InvalidInputError` with a message of the binding's own.
+/// `InvalidInputError` with a message written in the binding.
 pub fn invalid_input(message: String) -> PyErr {
     Python::attach(|py| build(py, "InvalidInputError", (message,)))
 }
 
-/// The same with a message that is put together: `invalid!("{name}: not finite")`.
+/// `InvalidInputError` with a formatted message: `invalid!("{name}: not finite")`.
 macro_rules! invalid {
     ($($message:tt)*) => { $crate::python::error::invalid_input(format!($($message)*)) };
 }
@@ -92,8 +94,8 @@ macro_rules! ensure {
 }
 pub(super) use ensure;
 
-/// An error about complex data embedded in real matrices of twice the size, where norms are `sqrt(2)` larger: with the shapes,
-/// defects and distances of the complex matrices.
+/// Restates an error about the real embedding of complex data in terms of the complex matrices: their shapes, and
+/// defects and distances divided by `sqrt(2)`.
 pub fn of_complex(error: Error) -> Error {
     use std::f64::consts::FRAC_1_SQRT_2 as SCALE;
     let boxed = |source: Box<Error>| Box::new(of_complex(*source));
@@ -154,7 +156,7 @@ pub fn of_complex(error: Error) -> Error {
     }
 }
 
-/// The shape `(n, k)` of complex matrices for `(2n, 2k)`; `None` for other words.
+/// The shape `(n, k)` of complex matrices for `(2n, 2k)`; `None` if the text is not a pair of even numbers.
 fn halved(shape: &str) -> Option<String> {
     let (rows, cols) = shape
         .strip_prefix('(')?
@@ -170,7 +172,7 @@ impl From<Error> for PyErr {
     }
 }
 
-/// The exception for an error; `place` says which member of a batch it was, or is empty.
+/// The exception for an error; `place` names the member of a batch, or is empty.
 fn to_exception(error: &Error, place: &str) -> PyErr {
     let exception = Python::attach(|py| exception_of(py, error, place));
     match error {
@@ -187,26 +189,26 @@ pub fn at_member(error: &Error, i: usize, shape: &[usize]) -> PyErr {
     }
 }
 
-/// The exception with the knot that it is about.
+/// Sets the attribute `knot` of an exception.
 pub fn at_knot(exception: PyErr, knot: usize) -> PyErr {
     let set = Python::attach(|py| exception.value(py).setattr("knot", knot));
     set.map_or_else(|error| error, |()| exception)
 }
 
-/// What to do with a point that is refused, in Python, unless it is too far off for curves.
+/// Advice, in Python's terms, for a rejected point whose defect `project=True` accepts.
 const POINT_ADVICE: &str = "curves take it with project=True; `Stiefel.project` gives";
 
-/// The same of a vector.
+/// Advice for a rejected vector.
 const VECTOR_ADVICE: &str = "; `project_tangent` gives the tangent part";
 
 fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     let mut message = error.to_string();
     let name = "tolerance";
     if matches!(error, Error::InvalidArgument { name: found, .. } if *found == name) {
-        // What the options of the core call a tolerance is an argument `tol` in Python.
+        // The option `tolerance` of the core is the argument `tol` in Python.
         message = message.replacen(name, "tol", 1);
     }
-    // The class is that of what is wrong, wherever it is.
+    // The exception class depends on the innermost cause, wherever it occurred.
     let mut cause = error;
     while let Error::AtKnot { source, .. }
     | Error::ControlPoints { source }

@@ -1,8 +1,8 @@
-//! Real and complex matrices: how arrays of both are read, and how results become arrays again.
+//! Real and complex matrices: reading arrays of both kinds, and converting results back to arrays.
 //!
-//! The core has real matrices. Complex ones are embedded in real ones of twice the size where they are read, and results are
-//! restricted to complex ones where they are written ([`crate::linalg::complex_embedding`]); squared lengths are halved on the
-//! way.
+//! The core has real matrices. Complex matrices are embedded in real matrices of twice the size when they are read, and results
+//! are restricted to complex matrices when they are written ([`crate::linalg::complex_embedding`]); squared lengths are then
+//! halved.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -16,14 +16,14 @@ use super::prelude::*;
 use crate::linalg::complex_embedding::restrict_into;
 use crate::stored::refusal;
 
-/// Of what numbers the entries of matrices are.
+/// Field of the entries of matrices.
 pub(crate) use crate::space::ScalarField as Field;
 
-/// The words for both.
+/// Names of the fields.
 const WORDS: [&str; 2] = ["real", "complex"];
 
 impl Field {
-    /// The field of a word, the argument `field`.
+    /// The field with a given name, the argument `field`.
     pub(crate) fn from_word(word: &str) -> PyResult<Self> {
         Ok(match is_second("field", word, WORDS)? {
             false => Field::Real,
@@ -31,12 +31,12 @@ impl Field {
         })
     }
 
-    /// Its word.
+    /// The name of the field.
     pub(crate) fn word(self) -> &'static str {
         WORDS[usize::from(self == Field::Complex)]
     }
 
-    /// The field that holds all of the given arrays: complex where one of them is.
+    /// The field that contains all given arrays: complex if one of them is.
     pub(crate) fn of<'a, 'py: 'a>(
         objects: impl IntoIterator<Item = &'a Any<'py>>,
     ) -> PyResult<Self> {
@@ -53,7 +53,7 @@ impl Field {
         Field::of(objects.iter().map(|(object, _)| *object))
     }
 
-    /// Rows or columns in the core.
+    /// Number of rows or columns in the core.
     pub(crate) fn embedded(self, size: usize) -> usize {
         match self {
             Field::Real => size,
@@ -61,7 +61,7 @@ impl Field {
         }
     }
 
-    /// The shape of the user's matrices for one of the core's.
+    /// The shape of the user's matrices for a shape of the core.
     pub(crate) fn own(self, (rows, cols): (usize, usize)) -> (usize, usize) {
         match self {
             Field::Real => (rows, cols),
@@ -69,17 +69,17 @@ impl Field {
         }
     }
 
-    /// Error for a shape of the core that is no shape of embedded matrices, of a damaged file.
+    /// Error for a shape of the core that embedded matrices cannot have, as in a damaged file.
     pub(crate) fn check_shape(self, (rows, cols): (usize, usize)) -> Result<()> {
         match self == Field::Complex && (rows % 2, cols % 2) != (0, 0) {
             true => Err(refusal(format!(
-                "complex matrices as real ones of odd shape, ({rows}, {cols})"
+                "embedded complex matrices of odd shape ({rows}, {cols})"
             ))),
             false => Ok(()),
         }
     }
 
-    /// `St(n, k)` as messages write it, for a shape of the core.
+    /// `St(n, k)` as in messages, for a shape of the core.
     pub(crate) fn manifold(self, shape: (usize, usize)) -> String {
         let (n, k) = self.own(shape);
         match self {
@@ -88,7 +88,7 @@ impl Field {
         }
     }
 
-    /// A squared length, or another product of two vectors, from that of the core.
+    /// Converts a squared length, or another product of two vectors, from the core.
     pub(crate) fn squared(self, x: f64) -> f64 {
         match self {
             Field::Real => x,
@@ -96,7 +96,7 @@ impl Field {
         }
     }
 
-    /// A length from that of the core.
+    /// Converts a length from the core.
     pub(crate) fn length(self, x: f64) -> f64 {
         match self {
             Field::Real => x,
@@ -109,7 +109,7 @@ impl Field {
         Ok(self.one(object, name)?.get(0).to_owned())
     }
 
-    /// The same as a batch without axes.
+    /// One matrix as a batch without axes.
     pub(crate) fn one(self, object: &Any, name: &str) -> PyResult<Batch> {
         let array = self.array(object, name)?;
         match *array.shape() {
@@ -143,7 +143,7 @@ impl Field {
         read_batches(self, objects, 2)
     }
 
-    /// An array of such numbers, from anything array-like.
+    /// An array of numbers of the field, from any array-like object.
     pub(crate) fn array<'py>(
         self,
         object: &Any<'py>,
@@ -155,10 +155,10 @@ impl Field {
         }
     }
 
-    /// Matrices of the core, shape `(..., n, k)`, as an array of the field.
+    /// Converts matrices of the core, shape `(..., n, k)`, to an array of the field.
     ///
     /// # Errors
-    /// `NotComplex` for matrices that are not embedded complex ones.
+    /// `NotComplex` for matrices that are not embedded complex matrices.
     pub(crate) fn numbers(self, array: Array) -> PyResult<Numbers> {
         if self == Field::Real {
             return Ok(Numbers::from(array));
@@ -189,7 +189,7 @@ impl Field {
         self.numbers(Array::from(matrix))
     }
 
-    /// Four matrices as a Python tuple, in the library of arguments.
+    /// Four matrices as a Python tuple, in the library of the arguments.
     pub(crate) fn four<const N: usize>(
         self,
         matrices: [Mat<f64>; 4],
@@ -201,13 +201,13 @@ impl Field {
     }
 }
 
-/// Whether anything array-like holds complex numbers.
+/// Whether an array-like object holds complex numbers.
 fn is_complex(object: &Any) -> PyResult<bool> {
     if is_plain::<f64>(object) || object.is_instance_of::<PyString>() {
         return Ok(false);
     }
     let array = match as_numpy(object, "") {
-        // What is no array is an error where it is read, with its name.
+        // Objects that are not arrays cause an error when they are read, with their name.
         Err(error) if error.is_instance_of::<PyException>(object.py()) => return Ok(false),
         other => other?,
     };
@@ -215,7 +215,7 @@ fn is_complex(object: &Any) -> PyResult<bool> {
     Ok(kind == 'c')
 }
 
-/// An array of results, of real or of complex numbers, in the library of the arguments of its call.
+/// An array of real or complex results, in the library of the arguments of the call.
 pub(crate) struct Numbers {
     entries: Values,
     namespace: Namespace,
@@ -223,7 +223,7 @@ pub(crate) struct Numbers {
 
 enum Values {
     Real(Array),
-    /// Whether a number is not zero.
+    /// Whether each number is nonzero.
     Truths(Array),
     Complex {
         shape: Vec<usize>,
@@ -265,7 +265,7 @@ impl<'py> IntoPyObject<'py> for Numbers {
 }
 
 impl Numbers {
-    /// Real numbers as truths: whether they are not zero.
+    /// Real numbers as booleans: whether they are nonzero.
     pub(crate) fn truths(self) -> Self {
         let entries = match self.entries {
             Values::Real(array) => Values::Truths(array),
@@ -274,13 +274,13 @@ impl Numbers {
         Numbers { entries, ..self }
     }
 
-    /// The same in the library of arguments.
+    /// The numbers as booleans, in the library of the arguments.
     pub(crate) fn like<const N: usize>(self, arguments: [Named<'_, '_>; N]) -> PyResult<Self> {
         let namespace = Namespace::of(arguments)?;
         Ok(Numbers { namespace, ..self })
     }
 
-    /// A read-only array of NumPy's.
+    /// A read-only NumPy array.
     pub(crate) fn frozen(self, py: Python<'_>) -> PyResult<Owned> {
         let array = self.into_pyobject(py)?;
         freeze(&array)?;

@@ -10,14 +10,14 @@ use crate::solve::newton::NewtonOptions;
 
 #[pymethods]
 impl PyChart {
-    /// The two points of a discretization map of the tangent bundle.
+    /// Evaluate a discretization map of the tangent bundle: two points for each vector.
     ///
     /// Parameters
     /// ----------
     /// x, v : array_like, shape (..., 2 d)
-    ///     A position with its velocity, ``(q, qdot)``, and the vector ``(dq, dqdot)``.
+    ///     A position with its velocity, ``(q, qdot)``, and a vector ``(dq, dqdot)`` at it.
     /// map : str, default "initial_point"
-    ///     As for `integrate`.
+    ///     As for :meth:`integrate`.
     ///
     /// Returns
     /// -------
@@ -38,7 +38,7 @@ impl PyChart {
         })
     }
 
-    /// The symplectic one-step method of a discretization map.
+    /// Integrate by the symplectic one-step method of a discretization map.
     ///
     /// ==========================  =========================================================================  =====
     /// map                         ``R_d(x, v)``, ``x = (q, qdot)``                                           order
@@ -47,26 +47,29 @@ impl PyChart {
     /// "midpoint"                  ``(x - v/2, x + v/2)``                                                     2
     /// "exponential"               ``(x, rho(x, v))``, ``rho`` the Riemannian exponential, lifted             1
     /// "exponential_midpoint"      ``(rho(x, -v/2), rho(x, v/2))``                                            2
-    /// "cayley"                    with the Cayley retraction                                                 1
-    /// "cayley_midpoint"           the same                                                                   2
-    /// "quasi_geodesic"            with the paper's quasi-geodesics; on the sphere they are the geodesics     1
-    /// "quasi_geodesic_midpoint"   the same                                                                   2
+    /// "cayley"                    as "exponential", with the Cayley retraction                               1
+    /// "cayley_midpoint"           as "exponential_midpoint", with the Cayley retraction                      2
+    /// "quasi_geodesic"            as "exponential", with quasi-geodesics; the same on the sphere             1
+    /// "quasi_geodesic_midpoint"   as "exponential_midpoint", with quasi-geodesics; the same on the sphere    2
     /// ==========================  =========================================================================  =====
     ///
-    /// The methods of a retraction commute with the rotations of space and keep the momentum of all three.
+    /// The maps of a retraction (all but the first two) commute with rotations of space, so that all three components
+    /// of the momentum are conserved.
     ///
     /// Parameters
     /// ----------
     /// z0 : array_like, shape (..., 4 d)
     ///     Initial state.
     /// steps : int
-    ///     Equal steps over ``[0, t_end]``, at least 1.
+    ///     Number of equal steps over ``[0, t_end]``, at least 1.
     /// t_end : float, default 1.0
+    ///     End time.
     /// map : str, default "initial_point"
-    ///     One of the table.
+    ///     A map from the table.
     /// order : int, optional
-    ///     Order of the method: by default that of the map. 2, 4, 6 and 8 compose a step from 1, 5, 9 and 17 shorter
-    ///     ones; with a map of order 1 each of them is a half step of its adjoint and a half step of itself.
+    ///     Order of the method; by default the order of the map. Orders 2, 4, 6 and 8 compose each step of 1, 5, 9 and
+    ///     17 shorter ones; with a map of order 1 each shorter step is a half step of the adjoint method followed by a
+    ///     half step of the method.
     ///
     /// Returns
     /// -------
@@ -75,15 +78,15 @@ impl PyChart {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Not finite, ``steps < 1``, unknown map or order.
+    ///     Non-finite entries, ``steps < 1``, unknown map or order.
     /// OutsideDomainError
     ///     The trajectory leaves the chart; carries ``angle``.
     /// ConvergenceError
-    ///     A step is too large for its implicit equations; carries ``report``.
+    ///     A step is too long for its implicit equations to be solved; carries ``report``.
     ///
     /// Notes
     /// -----
-    /// arXiv 2404.19407, from the cotangent lift of the discretization map (Barbero-Linan, Martin de Diego 2023).
+    /// arXiv 2404.19407, by the cotangent lift of the discretization map (Barbero-Linan, Martin de Diego 2023).
     #[pyo3(signature = (z0, steps, t_end=1.0, map="initial_point", *, order=None))]
     fn integrate(
         &self,
@@ -107,18 +110,19 @@ impl PyChart {
         })
     }
 
-    /// The exact flow: states at the times ``t``, from ``z0`` at time 0.
+    /// Evaluate the exact flow: states at the times ``t``, from ``z0`` at time 0.
     ///
     /// Parameters
     /// ----------
     /// z0 : array_like, shape (..., 4 d)
+    ///     State at time 0.
     /// t : array_like, shape T
     ///     Finite times in any order.
     ///
     /// Returns
     /// -------
     /// ndarray, shape (...,) + T + (4 d,)
-    ///     Error at most 1e-13 for curves of the size of the paper's.
+    ///     States with an error of at most 1e-13, for curves of the size of those in the paper.
     ///
     /// Raises
     /// ------
@@ -141,25 +145,26 @@ impl PyChart {
         })
     }
 
-    /// Shooting: the discrete trajectory with given ends.
+    /// Find the discrete trajectory with given ends by shooting.
     ///
     /// Parameters
     /// ----------
     /// q0, qdot0, q1, qdot1 : array_like, shape (d,)
-    ///     Coordinates and velocities at time 0 and ``t_end``. Angles are not wrapped: give the branch that is meant.
+    ///     Coordinates and velocities at time 0 and ``t_end``. Angles are not wrapped: pass the intended branch.
     /// steps : int
-    ///     At least 1.
+    ///     Number of equal steps, at least 1.
     /// map : str, default "midpoint"
-    ///     As for `integrate`.
+    ///     As for :meth:`integrate`.
     /// t_end : float, default 1.0
+    ///     End time.
     /// tol : float, default 1e-12
-    ///     Euclidean norm of the end's defect.
+    ///     Largest Euclidean norm of the error at the end.
     /// max_iterations : int, default 50
-    ///     Newton steps.
+    ///     Largest number of Newton steps.
     /// guess : pair of array_like, each of shape (d,), optional
     ///     Initial momenta ``(p_q, p_qdot)`` to start from.
     /// order : int, optional
-    ///     As for `integrate`.
+    ///     As for :meth:`integrate`.
     ///
     /// Returns
     /// -------
@@ -168,16 +173,17 @@ impl PyChart {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Wrong shapes, not finite, ``steps < 1``, unknown map or order, ``tol`` negative or not finite, ``t_end = 0``.
+    ///     Wrong shapes, non-finite entries, ``steps < 1``, unknown map or order, ``tol`` negative or not finite,
+    ///     ``t_end = 0``.
     /// OutsideDomainError
-    ///     An end, or the trajectory that the iteration starts from, is outside of the chart; carries ``angle``.
+    ///     An end, or the trajectory of the initial guess, is outside the chart; carries ``angle``.
     /// ConvergenceError
-    ///     No trajectory found; carries ``report``. One step has none in general: the end point of a single step does
-    ///     not depend on all of the momenta.
+    ///     No trajectory was found; carries ``report``. In general none exists for ``steps = 1``, because the end point
+    ///     of a single step does not depend on all of the momenta.
     ///
     /// Notes
     /// -----
-    /// Damped Newton iteration on the initial momenta; the Jacobian is the exact derivative of the discrete flow.
+    /// Damped Newton iteration on the initial momenta, with the exact derivative of the discrete flow as Jacobian.
     #[pyo3(signature = (q0, qdot0, q1, qdot1, steps, map="midpoint", *, t_end=1.0, tol=1e-12, max_iterations=50,
         guess=None, order=None))]
     fn shoot(
@@ -212,19 +218,19 @@ impl PyChart {
     }
 }
 
-/// A discrete trajectory that meets its boundary data.
+/// Discrete trajectory with given ends, found by :meth:`Chart.shoot`.
 #[pyclass(name = "ShootingResult", module = "stiefel_rs", frozen)]
 pub struct PyShootingResult {
-    /// The states, shape (steps + 1, 4 d).
+    /// States, shape (steps + 1, 4 d).
     #[pyo3(get)]
     trajectory: Owned,
-    /// The initial momenta ``(p_q, p_qdot)``, each of shape (d,).
+    /// Initial momenta ``(p_q, p_qdot)``, each of shape (d,).
     #[pyo3(get)]
     momenta: (Owned, Owned),
-    /// How the search ended.
+    /// Outcome of the solver.
     #[pyo3(get)]
     report: PySolverReport,
-    /// The report in words.
+    /// The report as text.
     text: String,
 }
 
@@ -235,7 +241,7 @@ impl PyShootingResult {
     }
 }
 
-/// The arguments of one shot.
+/// Arguments of a shooting problem.
 struct Shot {
     ends: [Vec<f64>; 4],
     steps: Steps,
@@ -244,11 +250,11 @@ struct Shot {
     guess: Option<Vec<f64>>,
 }
 
-/// States row by row, initial momenta, and how it ended.
+/// States row by row, initial momenta, and report.
 type Found = (Vec<f64>, Vec<f64>, SolverReport);
 
 impl Shot {
-    /// Shoots, detached from the interpreter.
+    /// Solves without the interpreter.
     fn solve(self, py: Python<'_>, kind: Kind) -> PyResult<PyShootingResult> {
         let steps = self.steps.count;
         let work =

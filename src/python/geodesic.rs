@@ -10,22 +10,24 @@ use super::stiefel::{PyStiefel, read_metric};
 use crate::manifold::{Geodesic, Grassmann, LogReport, Metric, Stiefel};
 use crate::space::Quotient;
 
-/// How a Riemannian logarithm was found, and what is known of it.
+/// Report on a Riemannian logarithm.
 ///
-/// The fields are numbers for a single pair of points, arrays of the batch's shape for a batch.
+/// Fields are numbers for a single pair of points, and arrays of the shape of the batch for a batch.
 #[pyclass(name = "LogReport", module = "stiefel_rs", frozen, get_all)]
 pub struct PyLogReport {
-    /// Whether the residual is at the level of round-off. A logarithm that is returned always has converged.
+    /// Whether the residual is at the level of round-off; always True for a logarithm that is returned.
     converged: Py<PyAny>,
-    /// Newton steps that led to it: the first attempt from a close start, and those from the start that found it.
+    /// Newton steps of the successful solve, including the first attempt at close points.
     iterations: Py<PyAny>,
-    /// ``|exp(S0, V) - S1|``, Frobenius norm.
+    /// Frobenius norm ``|exp(S0, V) - S1|``.
     residual: Py<PyAny>,
     /// Length of the geodesic in the manifold's metric.
     length: Py<PyAny>,
-    /// Whether the geodesic is certainly the shortest: it is shorter than the known bound of the injectivity radius
-    /// (canonical ``sqrt(4/5) pi``, Euclidean ``pi``; of the metrics between none is known), or the case is closed (``k =
-    /// 1``, ``k = n``, canonical also ``k = n - 1``). Otherwise it may be or not.
+    /// Whether the geodesic is known to be the shortest.
+    ///
+    /// True if it is shorter than the known bound of the injectivity radius (canonical ``sqrt(4/5) pi``, Euclidean
+    /// ``pi``; no bound is known for the metrics between), or has a closed form (``k = 1``, ``k = n``, canonical also
+    /// ``k = n - 1``). If False, the geodesic may still be the shortest.
     certainly_shortest: Py<PyAny>,
 }
 
@@ -55,7 +57,7 @@ record! { PyLogReport, converged, iterations, residual, length, certainly_shorte
 const REPORT: usize = 4;
 
 impl PyLogReport {
-    /// From one row of numbers per member; plain Python numbers for a single pair of points.
+    /// Builds a report from one row of numbers per member; plain Python numbers for a single pair of points.
     fn from_rows(py: Python<'_>, field: Field, rows: &[&[f64]], shape: &[usize]) -> PyResult<Self> {
         let array = |values: Vec<f64>, dtype: &str| {
             let array = to_array(py, values, shape)?.call_method1("astype", (dtype,))?;
@@ -109,12 +111,13 @@ impl PyStiefel {
 
 #[pymethods]
 impl PyStiefel {
-    /// The Riemannian exponential of tangent vectors ``V`` at ``S``, shape (..., n, k).
+    /// Return the Riemannian exponential of tangent vectors ``V`` at ``S``, shape (..., n, k).
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), or too long for a number.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect), or
+    ///     a vector so long that the result overflows.
     fn exp(&self, S: &Any, V: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![S, V], |m, data| {
             let [s, v] = data.map(|matrix| matrix.to_owned());
@@ -122,35 +125,37 @@ impl PyStiefel {
         })
     }
 
-    /// The Riemannian logarithm: tangent vectors at ``S0`` with ``exp(S0, V) = S1``, shape (..., n, k).
+    /// Return the Riemannian logarithm: the ``V`` at ``S0`` with ``exp(S0, V) = S1``, shape (..., n, k).
     ///
     /// Parameters
     /// ----------
     /// S0, S1 : array_like, shape (..., n, k)
     ///     Points.
     /// full_output : bool, default False
-    ///     Also return a report.
+    ///     If True, also return a report.
     ///
     /// Returns
     /// -------
     /// V : ndarray, shape (..., n, k)
+    ///     Initial velocities of the geodesics.
     /// report : LogReport
-    ///     Only with ``full_output``: iterations, residual, length, and whether the geodesic is certainly the shortest.
+    ///     Iterations, residual, length, and whether the geodesic is known to be the shortest; only with
+    ///     ``full_output=True``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal (with the measured defect).
+    ///     Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
     /// OutsideDomainError
-    ///     Antipodal points, a relative rotation by pi, different components of O(n); carries ``angle``.
+    ///     Antipodal points, a relative rotation by pi, or different components of O(n); carries ``angle``.
     /// ConvergenceError
     ///     No geodesic was found, far beyond the injectivity radius; carries ``report``.
     ///
     /// Notes
     /// -----
-    /// Newton's method on the exponential with the exact inverse derivative; far points by Newton's method for the
-    /// shortest rotation over the fibre (see Zimmermann, Hueper 2022 for the formulation). Below ``0.89 pi`` the answer
-    /// is the shortest geodesic (canonical metric).
+    /// Newton's method on the exponential, with the exact inverse derivative. For distant points, Newton's method for
+    /// the shortest rotation over the fibre (formulation of Zimmermann, Hueper 2022). Below a distance of ``0.89 pi``
+    /// the result is the shortest geodesic (canonical metric).
     ///
     /// Examples
     /// --------
@@ -187,12 +192,12 @@ impl PyStiefel {
         (velocities, report).into_bound_py_any(py)
     }
 
-    /// The Riemannian distance of points, shape (...): the length of the geodesic of :meth:`log`.
+    /// Return the Riemannian distance between points, the length of the geodesic of :meth:`log`, shape (...).
     ///
     /// Raises
     /// ------
     /// InvalidInputError, OutsideDomainError, ConvergenceError
-    ///     As :meth:`log`.
+    ///     As for :meth:`log`.
     fn dist(&self, S0: &Any, S1: &Any) -> PyResult<Numbers> {
         let field = self.field;
         let points = named![S0, S1];
@@ -207,24 +212,26 @@ impl PyStiefel {
 /// Parameters
 /// ----------
 /// S0, S1 : array_like, shape (n, k)
-///     Points with orthonormal columns; ``gamma(0) = S0``, ``gamma(1) = S1``. The geodesic of ``Stiefel.log``: the
-///     shortest one up to ``0.89 pi`` (canonical metric).
+///     Points with orthonormal columns; ``gamma(0) = S0``, ``gamma(1) = S1``. The geodesic is that of ``Stiefel.log``,
+///     the shortest up to a distance of ``0.89 pi`` (canonical metric).
 /// metric : "canonical", "euclidean" or float, default "canonical"
-///     The metric whose geodesic it is, as for ``Stiefel``. The covariant ``acceleration`` and ``jerk`` and the
-///     ``cost`` are those of the canonical metric for every curve, so they vanish for canonical geodesics only.
+///     Metric of the geodesic, as for ``Stiefel``. The covariant ``acceleration`` and ``jerk`` and the ``cost`` use the
+///     canonical metric for every curve, so they vanish for canonical geodesics only.
 /// manifold : Stiefel or Grassmann, optional
-///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-///     whichever, and the bases of the curve turn as little as possible.
+///     Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+///     are arbitrary bases of subspaces, and the curve consists of bases that start at the first given one and turn as
+///     little as possible, ``Y^T Y' = 0``.
 /// project : bool, default False
-///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+///     their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+///     single precision are always projected.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal (with the measured defect).
+///     Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
 /// OutsideDomainError
-///     Antipodal points, a relative rotation by pi, different components of O(n); carries ``angle``.
+///     Antipodal points, a relative rotation by pi, or different components of O(n); carries ``angle``.
 /// ConvergenceError
 ///     No geodesic was found; carries ``report``.
 ///
@@ -263,12 +270,15 @@ impl PyGeodesic {
         Self::made(named![S0, S1], metric, &points, makes)
     }
 
-    /// The geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k). All else as for the class.
+    /// Return the geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
+    ///
+    /// Other arguments are the same as for the class.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), or too long for a number.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect), or
+    ///     a vector so long that the result overflows.
     #[staticmethod]
     #[pyo3(signature = (S, V, *, metric=None, manifold=None, project=false))]
     fn from_velocity(
@@ -290,7 +300,7 @@ impl PyGeodesic {
     }
 }
 
-/// Makes a geodesic from two points, or a point and a vector.
+/// Makes a geodesic from two points, or from a point and a vector.
 type Make<M> = fn(&M, MatRef<'_, f64>, MatRef<'_, f64>) -> Result<Geodesic>;
 
 impl PyGeodesic {

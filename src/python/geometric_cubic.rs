@@ -8,7 +8,7 @@ use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Subs
 use crate::space::Quotient;
 use crate::stored::{Stored, refusal};
 
-/// Geometric cubic polynomial by the adjusted de Casteljau algorithm, from boundary data.
+/// Geometric cubic: the adjusted de Casteljau curve with given boundary data.
 ///
 /// Parameters
 /// ----------
@@ -17,35 +17,36 @@ use crate::stored::{Stored, refusal};
 /// S1, V1 : array_like, shape (n, k)
 ///     Final point and velocity, at ``t = 1``.
 /// pieces : "quasi_geodesic" or "geodesic", default "quasi_geodesic"
-///     Geodesics (canonical metric) come much nearer to the Riemannian cubic for ``k > 1``, where they differ from
-///     quasi-geodesics, and take a logarithm for every stage of every point; not for ``k = n - 1``, where they are in
-///     closed form as well. For ``k = 1`` the curve is the same, and a point takes many times as long. On a :class:`Grassmann`
-///     the two are the same.
+///     Curves between control points. Geodesics (canonical metric) come much closer to the Riemannian cubic for
+///     ``k > 1``, where they differ from quasi-geodesics, but need a logarithm for every stage of every evaluated
+///     point, except for ``k = n - 1``, where they have a closed form too. For ``k = 1`` both give the same curve, but
+///     evaluating geodesics takes many times as long. On a :class:`Grassmann` the two are the same.
 /// manifold : Stiefel or Grassmann, optional
-///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-///     first given one on.
+///     Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+///     are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of bases that
+///     start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
 /// project : bool, default False
-///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+///     their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+///     single precision are always projected.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal, not tangent (with the measured defect); an end velocity too long to be
-///     met.
+///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect); an end
+///     velocity too long for the construction.
 /// OutsideDomainError
-///     Inner control points that cannot be joined, or intermediate points that reach an angle of pi inside of the
-///     interval, where the curve would jump; of subspaces a principal angle of pi/2 between consecutive control points, or
-///     in a third of an end velocity. Carries ``angle``.
+///     Inner control points cannot be joined, or intermediate points reach an angle of pi inside the interval, where
+///     the curve would jump; for subspaces, a principal angle of pi/2 between consecutive control points, or in a third
+///     of an end velocity. Carries ``angle``.
 ///
 /// Notes
 /// -----
-/// Meets its boundary data to round-off and is close to the Riemannian cubic with the same data, not equal to it. A
-/// third of each end velocity must be the velocity of the principal quasi-geodesic between its ends (on the sphere,
-/// speeds below ``3 pi``); longer ones are refused.
+/// The curve meets its boundary data to round-off. It is close to the Riemannian cubic with the same data, but not
+/// equal to it. A third of each end velocity must be the initial velocity of a principal quasi-geodesic (on the sphere,
+/// speeds below ``3 pi``); longer velocities are refused.
 ///
-/// arXiv 2404.19407 and Krakowski, Machado, Silva Leite, Batista (2017).
+/// arXiv 2404.19407; Krakowski, Machado, Silva Leite, Batista (2017).
 ///
 /// Examples
 /// --------
@@ -63,7 +64,7 @@ pub struct PyGeometricCubic;
 
 #[pymethods]
 impl PyGeometricCubic {
-    /// For files and pickles: all numbers of the curve.
+    /// All numbers of the curve, for files and pickles.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         PyGeometricPolynomial::stored(slf.as_super(), GeometricCubic::KIND)
     }
@@ -102,24 +103,25 @@ impl PyGeometricCubic {
         Self::wrap(py, curve, field)
     }
 
-    /// The geometric cubic with control points ``P``, shape (4, n, k).
+    /// Return the geometric cubic with control points ``P``, shape (4, n, k).
     ///
     /// Parameters
     /// ----------
     /// P : array_like, shape (4, n, k)
     ///     Control points with orthonormal columns.
     /// manifold : Stiefel or Grassmann, optional
-    ///     What the points stand for, as for the class.
+    ///     Manifold of the points, as for the class.
     /// project : bool, default False
-    ///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-    ///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+    ///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors
+    ///     by their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5;
+    ///     arrays in single precision are always projected.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal (with the measured defect).
+    ///     Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
     /// OutsideDomainError
-    ///     Consecutive points that cannot be joined; carries ``angle``.
+    ///     Consecutive points cannot be joined; carries ``angle``.
     #[staticmethod]
     #[pyo3(signature = (P, *, manifold=None, project=false))]
     fn from_control_points(P: &Any, manifold: Option<&Any>, project: bool) -> PyResult<Py<Self>> {
@@ -144,7 +146,7 @@ impl PyGeometricCubic {
     }
 }
 
-/// A cubic, or a curve of another degree, of its stored numbers.
+/// Reads a cubic, or a curve of another degree, from its stored numbers.
 pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
     let geodesic = is_second(PIECES, &form.word(PIECES)?, WORDS)?;
     let (cubic, field) = (form.kind == GeometricCubic::KIND, form.field);
@@ -165,7 +167,7 @@ pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         };
         let degree = curve.degree();
         match cubic && degree != 3 {
-            true => Err(refusal(format!("a cubic of degree {degree}"))),
+            true => Err(refusal(format!("expected degree 3, found {degree}"))),
             false => Ok((curve, report)),
         }
     })?;

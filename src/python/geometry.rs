@@ -24,8 +24,8 @@ impl PyStiefel {
         retraction: Retraction,
         map: Map,
     ) -> PyResult<Numbers> {
-        // The triangular factor of a complex matrix is embedded as a triangular one in this order of the columns only; the
-        // other retractions commute with all orthogonal transformations of the columns.
+        // Only with this order of columns is the triangular factor of a complex matrix embedded as a triangular matrix. The other
+        // retractions commute with all orthogonal transformations of the columns.
         let paired = self.field == Field::Complex && retraction == Retraction::Qr;
         self.map_matrices(objects, move |_, [s, other]| match paired {
             false => map(retraction, s, other),
@@ -40,9 +40,9 @@ impl PyStiefel {
 
 #[pymethods]
 impl PyStiefel {
-    /// The point that a retraction maps a tangent vector at ``S`` to, shape (..., n, k).
+    /// Apply a retraction to tangent vectors at ``S``, shape (..., n, k).
     ///
-    /// The order is that of ``|retract(S, t V) - exp(S, t V)| = O(t^p)``, canonical metric / Euclidean metric:
+    /// The order is the ``p`` in ``|retract(S, t V) - exp(S, t V)| = O(t^p)``, canonical metric / Euclidean metric:
     ///
     /// ==================  ===================================================  =======
     /// kind                formula                                              order
@@ -53,15 +53,15 @@ impl PyStiefel {
     /// "cayley"            ``(I - W/2)^-1 (I + W/2) S``, ``W S = V``            3 / 2
     /// ==================  ===================================================  =======
     ///
-    /// On the sphere (k = 1) and on the rotations (k = n) quasi-geodesics are the geodesics, and all others but "qr" on the
-    /// rotations are of order 3.
+    /// On the sphere (k = 1) and on the rotations (k = n) quasi-geodesics are geodesics, and the other retractions have
+    /// order 3, except "qr" on the rotations.
     ///
     /// Parameters
     /// ----------
     /// S, V : array_like, shape (..., n, k)
     ///     Points and tangent vectors.
     /// kind : str, default "quasi_geodesic"
-    ///     One of the table.
+    ///     A kind from the table.
     ///
     /// Returns
     /// -------
@@ -70,8 +70,8 @@ impl PyStiefel {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), an unknown kind, or a vector so long
-    ///     that ``S + V`` has lost ``S``.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect), an
+    ///     unknown kind, or a vector so long that ``S`` is lost in the rounding of ``S + V``.
     ///
     /// Examples
     /// --------
@@ -87,11 +87,11 @@ impl PyStiefel {
         self.map_retraction(named![S, V], retraction, Retraction::retract)
     }
 
-    /// The tangent vector at ``S0`` that a retraction maps to ``S1``, shape (..., n, k).
+    /// Return the tangent vector at ``S0`` that a retraction maps to ``S1``, shape (..., n, k).
     ///
-    /// With ``M = S0^T S1``, "qr" has an inverse where the leading principal minors of ``M`` are positive, "polar" where its
-    /// eigenvalues have positive real parts, "cayley" where -1 is none of them; it is unique, and it is checked before it is
-    /// returned. "quasi_geodesic" has its principal branch at almost all pairs.
+    /// With ``M = S0^T S1``, "qr" has an inverse if the leading principal minors of ``M`` are positive, "polar" if its
+    /// eigenvalues have positive real parts, "cayley" if -1 is not an eigenvalue; the inverse is then unique, and is
+    /// verified before it is returned. "quasi_geodesic" has a principal branch for almost all pairs of points.
     ///
     /// Parameters
     /// ----------
@@ -107,7 +107,8 @@ impl PyStiefel {
     /// Raises
     /// ------
     /// OutsideDomainError
-    ///     No unique tangent vector leads there, with the measured number; "quasi_geodesic" carries an ``angle``.
+    ///     No unique tangent vector leads to ``S1``; the message states the measured quantity. "quasi_geodesic" carries
+    ///     ``angle``.
     ///
     /// Examples
     /// --------
@@ -124,16 +125,16 @@ impl PyStiefel {
         self.map_retraction(named![S0, S1], retraction, Retraction::inverse_retract)
     }
 
-    /// Parallel transport of ``W`` along the geodesic ``t -> exp(S, t V)`` from ``S`` to ``exp(S, V)``, shape (..., n, k).
+    /// Transport ``W`` in parallel along the geodesic ``t -> exp(S, t V)`` to ``exp(S, V)``, shape (..., n, k).
     ///
-    /// The Levi-Civita transport of the manifold's metric, whichever that is. It keeps lengths and angles to round-off.
+    /// The Levi-Civita transport of the manifold's metric. It preserves lengths and angles to round-off.
     ///
     /// Parameters
     /// ----------
     /// S : array_like, shape (..., n, k)
     ///     Points.
     /// V, W : array_like, shape (..., n, k)
-    ///     Tangent vectors at ``S``: the initial velocity of the geodesic, and what is transported.
+    ///     Tangent vectors at ``S``: the initial velocity of the geodesic, and the vector to transport.
     ///
     /// Returns
     /// -------
@@ -143,7 +144,8 @@ impl PyStiefel {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), or ``V`` longer than about 1e5.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect), or
+    ///     ``V`` longer than about 1e5.
     ///
     /// References
     /// ----------
@@ -157,7 +159,7 @@ impl PyStiefel {
     /// >>> bool(abs(M.transport(S, V, [[0.0], [1.0], [2.0]]) - [[-1.0], [0.0], [2.0]]).max() < 1e-15)
     /// True
     fn transport(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Numbers> {
-        // The work grows with the way; what is not finite is an error at once.
+        // The work grows with the length; non-finite input raises at once.
         let way = |[_, v, _]: &[Batch; 3]| {
             let lengths = (0..v.len()).map(|i| norm(v.get(i)));
             1.0 + lengths.fold(0.0, f64::max)
@@ -170,7 +172,7 @@ impl PyStiefel {
         self.field.numbers(found)?.like(data)
     }
 
-    /// The curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``S``, shape (..., n, k).
+    /// Evaluate the curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``S``, shape (..., n, k).
     ///
     /// With this sign ``R(U, V) W = <V, W> U - <U, W> V`` on the unit sphere.
     ///
@@ -188,7 +190,8 @@ impl PyStiefel {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), or a result too large for a number.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect), or
+    ///     a result that overflows.
     ///
     /// Examples
     /// --------
@@ -203,16 +206,16 @@ impl PyStiefel {
         })
     }
 
-    /// The sectional curvature of the planes of ``U`` and ``V`` at ``S``, shape (...).
+    /// Return the sectional curvature of the planes spanned by ``U`` and ``V`` at ``S``, shape (...).
     ///
-    /// 1 on the sphere (k = 1), between 0 and 5/4 for the canonical metric of real frames.
+    /// It is 1 on the sphere (k = 1), and between 0 and 5/4 for the canonical metric of real frames.
     ///
     /// Parameters
     /// ----------
     /// S : array_like, shape (..., n, k)
     ///     Points.
     /// U, V : array_like, shape (..., n, k)
-    ///     Tangent vectors at ``S``, not parallel.
+    ///     Tangent vectors at ``S``, linearly independent.
     ///
     /// Returns
     /// -------
@@ -221,8 +224,8 @@ impl PyStiefel {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     ``U`` and ``V`` are linearly dependent (with the area that unit vectors along them span); shape, not finite, not
-    ///     orthonormal, not tangent.
+    ///     ``U`` and ``V`` are linearly dependent (the message states the area that their unit vectors span); wrong
+    ///     shape, non-finite entries, points not orthonormal, vectors not tangent.
     ///
     /// Examples
     /// --------
@@ -232,25 +235,26 @@ impl PyStiefel {
     /// >>> float(M.sectional_curvature(S, U, V))
     /// 1.0
     fn sectional_curvature(&self, S: &Any, U: &Any, V: &Any) -> PyResult<Numbers> {
-        // Inverse to squared lengths.
+        // Scales inversely with squared lengths.
         let own = |field: Field, x: f64| x / field.squared(1.0);
         self.map_numbers(named![S, U, V], own, |m, [s, u, v], _| {
             m.sectional_curvature(s, u, v)
         })
     }
 
-    /// The Riemannian gradient of a function with the Euclidean gradient ``G`` at ``S``, shape (..., n, k).
+    /// Return the Riemannian gradient of a function with the Euclidean gradient ``G`` at ``S``, shape (..., n, k).
     ///
-    /// It is the tangent vector with ``inner(S, gradient, V) = sum(G * V)`` for every tangent ``V``: ``G - S G^T S`` for the
-    /// canonical metric, ``project_tangent(S, G)`` for the Euclidean one. For complex frames ``G`` is the matrix with
-    /// ``df = Re sum(conj(G) * V)``: derivatives by the real parts, plus i times those by the imaginary parts.
+    /// It is the tangent vector with ``inner(S, gradient, V) = sum(G * V)`` for every tangent ``V``: ``G - S G^T S``
+    /// for the canonical metric, ``project_tangent(S, G)`` for the Euclidean one. For complex frames ``G`` is the
+    /// matrix with ``df = Re sum(conj(G) * V)``: the derivatives by the real parts plus i times the derivatives by the
+    /// imaginary parts.
     ///
     /// Parameters
     /// ----------
     /// S : array_like, shape (..., n, k)
     ///     Points.
     /// G : array_like, shape (..., n, k)
-    ///     Partial derivatives with respect to the entries; any matrix.
+    ///     Partial derivatives with respect to the entries; need not be tangent.
     ///
     /// Returns
     /// -------
@@ -259,7 +263,7 @@ impl PyStiefel {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal (with the measured defect).
+    ///     Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
     ///
     /// Examples
     /// --------
@@ -275,30 +279,30 @@ impl PyStiefel {
         })
     }
 
-    /// The Riemannian Hessian applied to the tangent vector ``V`` at ``S``, shape (..., n, k).
+    /// Apply the Riemannian Hessian to the tangent vector ``V`` at ``S``, shape (..., n, k).
     ///
     /// Parameters
     /// ----------
     /// S : array_like, shape (..., n, k)
     ///     Points.
     /// G, H : array_like, shape (..., n, k)
-    ///     The Euclidean gradient, and the Euclidean Hessian applied to ``V``; any matrices.
+    ///     Euclidean gradient, and Euclidean Hessian applied to ``V``; need not be tangent.
     /// V : array_like, shape (..., n, k)
     ///     Tangent vectors at ``S``.
     ///
     /// Returns
     /// -------
     /// ndarray, shape (..., n, k)
-    ///     The covariant derivative of the gradient along ``V``.
+    ///     Covariant derivative of the gradient along ``V``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect).
     ///
     /// Examples
     /// --------
-    /// The Hessian of ``sum(A * S)``, linear in ``S``, comes from the curvature of the embedding alone:
+    /// The function ``sum(A * S)`` is linear in ``S``, so its Hessian comes from the curvature of the embedding alone:
     ///
     /// >>> from stiefel_rs import Stiefel
     /// >>> M = Stiefel(3, 1)

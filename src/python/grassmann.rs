@@ -7,26 +7,28 @@ use crate::manifold::Grassmann;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::space::Quotient;
 
-/// The Grassmann manifold Gr(n, k) of k-dimensional subspaces of R^n, or of C^n.
+/// Grassmann manifold Gr(n, k) of k-dimensional subspaces of R^n or C^n.
 ///
-/// A point is an orthonormal basis ``Y`` of a subspace, an array of shape ``(..., n, k)``; all bases of a subspace are the same
-/// point. Tangent vectors at ``Y`` are matrices ``V`` of that shape with ``Y^T V = 0``; their length is ``|V|`` (Frobenius). Results
-/// belong to the given basis: a tangent vector ``V`` at ``Y`` is ``V Q`` at ``Y Q``. Leading axes are batches and broadcast.
+/// A point is represented by an orthonormal basis ``Y``, an array of shape ``(..., n, k)``; all bases of a subspace
+/// represent the same point. Tangent vectors at ``Y`` are horizontal: matrices ``V`` of the same shape with
+/// ``Y^T V = 0``, of length ``|V|`` (Frobenius norm). A tangent vector depends on the basis: ``V`` at ``Y`` is ``V Q``
+/// at ``Y Q``. Leading axes are batches and broadcast.
 ///
 /// Parameters
 /// ----------
 /// n, k : int
-///     ``1 <= k <= n``.
+///     Dimensions of the space and of the subspaces, ``1 <= k <= n``.
 /// field : "real" or "complex", default "real"
-///     With ``"complex"``, subspaces of C^n. Arrays of complex numbers are taken and returned; in all formulas the transpose is
-///     the conjugate transpose, and inner products are real parts. Lines, ``k = 1``, are the states of quantum mechanics:
-///     ``Grassmann(2, 1, field="complex")`` is the sphere of radius 1/2.
+///     With ``"complex"``, subspaces of C^n; methods take and return complex arrays. In all formulas the transpose is
+///     the conjugate transpose, and inner products are real parts. For ``k = 1`` the points are the states of quantum
+///     mechanics: ``Grassmann(2, 1, field="complex")`` is the sphere of radius 1/2.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Unless ``1 <= k <= n``. Methods raise it for arrays of another shape, numbers that are not finite, points that are not
-///     orthonormal and vectors that are not horizontal, with the measured defect and the member of the batch.
+///     ``k`` outside ``1 <= k <= n``, or unknown field. Methods raise it for arrays of a wrong shape, non-finite
+///     entries, bases that are not orthonormal and vectors that are not horizontal; the message states the measured
+///     defect and the member of the batch.
 ///
 /// References
 /// ----------
@@ -45,7 +47,7 @@ use crate::space::Quotient;
 #[pyclass(name = "Grassmann", module = "stiefel_rs", frozen, eq, hash)]
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct PyGrassmann {
-    /// The manifold that the core computes on: of embedded bases, where they are complex.
+    /// The manifold on which the core computes; complex bases are embedded in real ones.
     embedded: Grassmann,
     field: Field,
 }
@@ -95,7 +97,7 @@ fn row(angles: &[f64]) -> Mat<f64> {
 }
 
 impl PyGrassmann {
-    /// The manifold of points of the core.
+    /// The manifold for points of the core.
     pub(super) fn of_core((rows, cols): (usize, usize), field: Field) -> PyResult<Self> {
         let embedded = Grassmann::new(rows, cols)?;
         Ok(PyGrassmann { embedded, field })
@@ -103,7 +105,7 @@ impl PyGrassmann {
 }
 
 impl PyGrassmann {
-    /// Checks bases to a tolerance.
+    /// Checks bases against a tolerance.
     fn basis_check(
         &self,
     ) -> impl Fn(&Grassmann, [MatRef<'_, f64>; 1], [f64; 2]) -> Result<()> + Shared + use<> {
@@ -111,7 +113,7 @@ impl PyGrassmann {
         move |m, [y], [atol, _]| m.check_point("Y", y, atol / unit)
     }
 
-    /// Checks horizontal vectors to a tolerance.
+    /// Checks horizontal vectors against a tolerance.
     fn horizontal_check(
         &self,
     ) -> impl Fn(&Grassmann, [MatRef<'_, f64>; 2], [f64; 2]) -> Result<()> + Shared + use<> {
@@ -133,25 +135,25 @@ impl PyGrassmann {
         Ok(PyGrassmann { embedded, field })
     }
 
-    /// "real" or "complex".
+    /// Field of the entries: "real" or "complex".
     #[getter(field)]
     fn word(&self) -> &'static str {
         self.field.word()
     }
 
-    /// Rows of a basis.
+    /// Dimension of the ambient space: number of rows of a basis.
     #[getter]
     fn n(&self) -> usize {
         self.shape().0
     }
 
-    /// Dimension of the subspaces, columns of a basis.
+    /// Dimension of the subspaces: number of columns of a basis.
     #[getter]
     fn k(&self) -> usize {
         self.shape().1
     }
 
-    /// Dimension of the manifold, ``k (n - k)``, twice that for a complex one.
+    /// Real dimension of the manifold: ``k (n - k)``, for complex subspaces ``2 k (n - k)``.
     #[getter]
     fn dim(&self) -> usize {
         let (n, k) = self.shape();
@@ -175,60 +177,62 @@ impl PyGrassmann {
         (build, manifold.shape()).into_pyobject(py)
     }
 
-    /// Raise unless every member of ``Y`` is a point: ``|Y^T Y - I| <= atol`` (Frobenius), by default 1e-9, for arrays in
-    /// single precision 1e-5.
+    /// Raise unless every member of ``Y`` is an orthonormal basis: ``|Y^T Y - I| <= atol`` (Frobenius norm).
+    ///
+    /// The default of ``atol`` is 1e-9, for arrays in single precision 1e-5.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     With the measured defect.
+    ///     A member is not orthonormal; the message states the measured defect.
     #[pyo3(signature = (Y, atol=None))]
     fn check_point(&self, Y: &Any, atol: Option<f64>) -> PyResult<()> {
         self.check(named![Y], atol, self.basis_check())
     }
 
-    /// Raise unless every member of ``V`` is horizontal at ``Y``: ``|Y^T V| <= atol max(1, |V|)``, by default 1e-9, in
-    /// single precision 1e-5.
+    /// Raise unless every member of ``V`` is horizontal at ``Y``: ``|Y^T V| <= atol max(1, |V|)``.
+    ///
+    /// The default of ``atol`` is 1e-9, for arrays in single precision 1e-5.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     With the measured defect.
+    ///     A member is not horizontal; the message states the measured defect.
     #[pyo3(signature = (Y, V, atol=None))]
     fn check_tangent(&self, Y: &Any, V: &Any, atol: Option<f64>) -> PyResult<()> {
         self.check(named![Y, V], atol, self.horizontal_check())
     }
 
-    /// Whether ``Y`` is an orthonormal basis, as :meth:`check_point` measures it; shape (...).
+    /// Return whether ``Y`` is an orthonormal basis, by the criterion of :meth:`check_point`; shape (...).
     ///
     /// Returns
     /// -------
     /// bool, or ndarray of bool
-    ///     False for numbers that are not finite.
+    ///     False for entries that are not finite.
     #[pyo3(signature = (Y, atol=None))]
     fn is_point(&self, Y: &Any, atol: Option<f64>) -> PyResult<Numbers> {
         self.are(named![Y], atol, self.basis_check())
     }
 
-    /// Whether ``V`` is horizontal at ``Y``, as :meth:`check_tangent` measures it; shape (...).
+    /// Return whether ``V`` is horizontal at ``Y``, by the criterion of :meth:`check_tangent`; shape (...).
     ///
     /// Returns
     /// -------
     /// bool, or ndarray of bool
-    ///     False for numbers that are not finite, and where ``Y`` is no orthonormal basis.
+    ///     False for entries that are not finite, and if ``Y`` is not an orthonormal basis.
     #[pyo3(signature = (Y, V, atol=None))]
     fn is_tangent(&self, Y: &Any, V: &Any, atol: Option<f64>) -> PyResult<Numbers> {
         self.are(named![Y, V], atol, self.horizontal_check())
     }
 
-    /// Bases of uniformly distributed subspaces (Haar measure), shape ``size + (n, k)``.
+    /// Draw bases of uniformly distributed subspaces (Haar measure), shape ``size + (n, k)``.
     ///
     /// Parameters
     /// ----------
     /// rng : numpy.random.Generator or seed, optional
-    ///     What `numpy.random.default_rng` takes.
+    ///     Generator, or seed for `numpy.random.default_rng`.
     /// size : int or tuple of int, optional
-    ///     Leading axes; a single point by default.
+    ///     Leading axes; by default a single point.
     #[pyo3(signature = (rng=None, size=None))]
     fn random_point(
         &self,
@@ -239,36 +243,38 @@ impl PyGrassmann {
         self.random_points(py, rng, size)
     }
 
-    /// Normally distributed tangent vectors at ``Y``: standard normal matrices, projected. Shape of ``Y``.
+    /// Draw tangent vectors at ``Y``, projections of standard normal matrices; shape of ``Y``.
     ///
     /// Parameters
     /// ----------
     /// Y : array_like, shape (..., n, k)
     ///     Points.
     /// rng : numpy.random.Generator or seed, optional
-    ///     What `numpy.random.default_rng` takes. The vectors are independent of ``Y``, also where ``Y`` is made with the same
-    ///     seed, or by a generator in the same state.
+    ///     Generator, or seed for `numpy.random.default_rng`. The vectors are independent of ``Y`` even if ``Y`` was
+    ///     drawn with the same seed, or by a generator in the same state.
     #[pyo3(signature = (Y, rng=None))]
     fn random_tangent(&self, Y: &Any, rng: Option<&Any>) -> PyResult<Numbers> {
         self.random_tangents((Y, "Y"), rng)
     }
 
-    /// Orthonormal basis of the column space of ``Y`` nearest to ``Y``: its polar factor, shape (..., n, k).
+    /// Return the orthonormal basis of the column space of ``Y`` nearest to ``Y``, shape (..., n, k).
+    ///
+    /// This is the polar factor of ``Y``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
+    ///     ``Y`` does not have full column rank (the message states its smallest singular value), or is not finite.
     fn project(&self, Y: &Any) -> PyResult<Numbers> {
         self.map_any(named![Y], |m, [y]| m.project(y))
     }
 
-    /// Orthogonal projection ``Z - Y Y^T Z`` on the tangent space at ``Y``, shape (..., n, k).
+    /// Project ``Z`` orthogonally to the tangent space at ``Y``: ``Z - Y Y^T Z``, shape (..., n, k).
     fn project_tangent(&self, Y: &Any, Z: &Any) -> PyResult<Numbers> {
         self.tangent_part(Y, Z)
     }
 
-    /// Inner product of tangent vectors at ``Y``, ``tr V^T W``, of complex ones its real part, shape (...).
+    /// Return the inner product ``Re tr V^H W`` of tangent vectors at ``Y``, shape (...).
     fn inner(&self, Y: &Any, V: &Any, W: &Any) -> PyResult<Numbers> {
         self.map_numbers(named![Y, V, W], Field::squared, |m, [y, v, w], _| {
             check(m, y)?;
@@ -278,7 +284,7 @@ impl PyGrassmann {
         })
     }
 
-    /// Norm of a tangent vector at ``Y``, ``|V|`` (Frobenius), shape (...).
+    /// Return the norm of a tangent vector at ``Y``: ``|V|`` (Frobenius norm), shape (...).
     fn norm(&self, Y: &Any, V: &Any) -> PyResult<Numbers> {
         self.map_numbers(named![Y, V], Field::length, |m, [y, v], _| {
             check(m, y)?;
@@ -287,15 +293,14 @@ impl PyGrassmann {
         })
     }
 
-    /// Principal angles between subspaces, shape (..., k), in ``[0, pi / 2]``, decreasing as those of
-    /// `scipy.linalg.subspace_angles`.
+    /// Return the principal angles between subspaces, shape (..., k), in ``[0, pi / 2]``, in decreasing order.
     ///
-    /// Small angles are as accurate as large ones: from sines and cosines (Knyazev, Argentati 2002). At least ``2 k - n`` of them
-    /// are exactly zero.
+    /// The order is the same as in `scipy.linalg.subspace_angles`. Small angles are as accurate as large ones, because
+    /// sines and cosines are used (Knyazev, Argentati 2002). At least ``2 k - n`` angles are exactly zero.
     ///
     /// Examples
     /// --------
-    /// Two planes of R^3 that meet in the first axis:
+    /// Two planes of R^3 that share the first axis:
     ///
     /// >>> from stiefel_rs import Grassmann
     /// >>> Y1 = [[1.0, 0.0], [0.0, np.cos(1e-20)], [0.0, np.sin(1e-20)]]
@@ -303,7 +308,7 @@ impl PyGrassmann {
     /// [1e-20, 0.0]
     fn principal_angles(&self, Y0: &Any, Y1: &Any) -> PyResult<Numbers> {
         let (_, k) = self.shape();
-        // Those of embedded bases come in pairs.
+        // Angles between embedded bases come in pairs.
         let each = self.field.embedded(1);
         let angles = self.map(named![Y0, Y1], &[k], move |m, [y0, y1], _| {
             let angles = m.principal_angles(y0, y1)?;
@@ -316,14 +321,15 @@ impl PyGrassmann {
         Numbers::from(angles).like(named![Y0, Y1])
     }
 
-    /// The basis of the subspace of ``Y1`` that is nearest to ``Y0`` (Frobenius), shape (..., n, k).
+    /// Return the basis of the subspace of ``Y1`` nearest to ``Y0`` in the Frobenius norm, shape (..., n, k).
     ///
-    /// ``Y1 Q`` with the orthogonal polar factor ``Q`` of ``Y1^T Y0``; also ``exp(Y0, log(Y0, Y1))``.
+    /// This is ``Y1 Q`` with the orthogonal polar factor ``Q`` of ``Y1^T Y0``, which equals ``exp(Y0, log(Y0, Y1))``.
     ///
     /// Raises
     /// ------
     /// OutsideDomainError
-    ///     A principal angle is ``pi / 2`` to working precision, and the nearest basis is not unique; carries ``angle``.
+    ///     A principal angle is ``pi / 2`` to working precision, so that the nearest basis is not unique; carries
+    ///     ``angle``.
     ///
     /// Examples
     /// --------
@@ -336,7 +342,7 @@ impl PyGrassmann {
         self.map_matrices(named![Y0, Y1], |m, [y0, y1]| m.align(y0, y1))
     }
 
-    /// Orthogonal projectors ``Y Y^T`` on the subspaces, shape (..., n, n): the same for all bases of a subspace.
+    /// Return the orthogonal projectors ``Y Y^T`` to the subspaces, shape (..., n, n); independent of the bases.
     fn projector(&self, Y: &Any) -> PyResult<Numbers> {
         let (n, _) = self.core_shape();
         let found = self.map(named![Y], &[n, n], |m, [y], _| {

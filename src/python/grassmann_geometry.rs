@@ -4,25 +4,26 @@ use super::grassmann::PyGrassmann;
 use super::prelude::*;
 use super::space::Space;
 
-/// Rows are far apart in a batch; the core reads columns.
+/// Copies a view: rows are far apart in a batch, and the core reads columns.
 fn columns<const N: usize>(data: [MatRef<'_, f64>; N]) -> [Mat<f64>; N] {
     data.map(|matrix| matrix.to_owned())
 }
 
 #[pymethods]
 impl PyGrassmann {
-    /// The Riemannian exponential of tangent vectors ``V`` at ``Y``, shape (..., n, k).
+    /// Return the Riemannian exponential of tangent vectors ``V`` at ``Y``, shape (..., n, k).
     ///
     /// Returns
     /// -------
     /// ndarray, shape (..., n, k)
-    ///     ``(Y W cos(S) + Q sin(S)) W^T`` for ``V = Q S W^T``: of all bases of the subspace the one that is reached without turning
-    ///     within it.
+    ///     ``(Y W cos(S) + Q sin(S)) W^T`` for ``V = Q S W^T``: the basis of the end point reached by the horizontal
+    ///     lift of the geodesic.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not horizontal (with the measured defect), or too long for a number.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not horizontal (with the measured defect),
+    ///     or a vector so long that the result overflows.
     ///
     /// Examples
     /// --------
@@ -37,18 +38,18 @@ impl PyGrassmann {
         })
     }
 
-    /// The Riemannian logarithm: tangent vectors ``V`` at ``Y0`` for which ``exp(Y0, V)`` spans the subspace of ``Y1``,
-    /// shape (..., n, k).
+    /// Return the Riemannian logarithm, the ``V`` at ``Y0`` such that ``exp(Y0, V)`` spans the subspace of ``Y1``.
     ///
-    /// In closed form. Independent of the basis ``Y1``. ``exp(Y0, log(Y0, Y1))`` is ``align(Y0, Y1)``.
+    /// The result has shape (..., n, k) and a closed form, and does not depend on the choice of the basis ``Y1``.
+    /// ``exp(Y0, log(Y0, Y1))`` is ``align(Y0, Y1)``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal (with the measured defect).
+    ///     Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
     /// OutsideDomainError
-    ///     The largest principal angle is ``pi / 2`` to working precision, and several shortest geodesics lead there; carries
-    ///     ``angle``.
+    ///     The largest principal angle is ``pi / 2`` to working precision, so that several shortest geodesics join the
+    ///     subspaces; carries ``angle``.
     ///
     /// Examples
     /// --------
@@ -60,30 +61,31 @@ impl PyGrassmann {
         self.map_matrices_into(named![Y0, Y1], |m, out, [y0, y1]| m.log_into(out, y0, y1))
     }
 
-    /// The Riemannian distance of subspaces, ``sqrt(sum(principal_angles ** 2))``, shape (...).
+    /// Return the Riemannian distance of subspaces, ``sqrt(sum(principal_angles ** 2))``, shape (...).
     ///
-    /// Defined also where an angle is ``pi / 2`` and :meth:`log` is not. For different bases of one subspace it is round-off, not 0.
+    /// It is also defined if an angle is ``pi / 2``, where :meth:`log` raises. For different bases of the same subspace
+    /// the result is round-off, not exactly 0.
     fn dist(&self, Y0: &Any, Y1: &Any) -> PyResult<Numbers> {
         self.map_numbers(named![Y0, Y1], Field::length, |m, [y0, y1], _| {
             m.dist(y0, y1)
         })
     }
 
-    /// Parallel transport of ``W`` along the geodesic ``t -> exp(Y, t V)`` to the basis ``exp(Y, V)``, shape (..., n, k).
+    /// Transport ``W`` in parallel along the geodesic ``t -> exp(Y, t V)`` to ``exp(Y, V)``, shape (..., n, k).
     ///
-    /// It keeps lengths and angles to round-off.
+    /// The transport preserves lengths and angles to round-off.
     ///
     /// Parameters
     /// ----------
     /// Y : array_like, shape (..., n, k)
     ///     Points.
     /// V, W : array_like, shape (..., n, k)
-    ///     Tangent vectors at ``Y``: the initial velocity of the geodesic, and what is transported.
+    ///     Tangent vectors at ``Y``: the initial velocity of the geodesic, and the vector to transport.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not horizontal (with the measured defect).
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not horizontal (with the measured defect).
     ///
     /// References
     /// ----------
@@ -103,15 +105,16 @@ impl PyGrassmann {
         })
     }
 
-    /// The curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``Y``, shape (..., n, k).
+    /// Evaluate the curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``Y``, shape (..., n, k).
     ///
-    /// ``U V^T W - V U^T W + W (V^T U - U^T V)``; for lines (k = 1) that is ``<V, W> U - <U, W> V``, with the sign of
-    /// :meth:`Stiefel.curvature`.
+    /// It is ``U V^T W - V U^T W + W (V^T U - U^T V)``; for lines (k = 1), ``<V, W> U - <U, W> V``. The sign agrees
+    /// with :meth:`Stiefel.curvature`.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not horizontal (with the measured defect), or a result too large for a number.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not horizontal (with the measured defect),
+    ///     or a result that overflows.
     ///
     /// Examples
     /// --------
@@ -126,14 +129,15 @@ impl PyGrassmann {
         })
     }
 
-    /// The sectional curvature of the planes of ``U`` and ``V`` at ``Y``, shape (...): between 0 and 2, and 1 where ``k`` or
-    /// ``n - k`` is 1.
+    /// Return the sectional curvature of the planes spanned by ``U`` and ``V`` at ``Y``, shape (...).
+    ///
+    /// It is between 0 and 2, and 1 if ``k`` or ``n - k`` is 1.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     ``U`` and ``V`` are linearly dependent (with the area that unit vectors along them span); shape, not finite, not
-    ///     orthonormal, not horizontal.
+    ///     ``U`` and ``V`` are linearly dependent (the message states the area that their unit vectors span); wrong
+    ///     shape, non-finite entries, points not orthonormal, vectors not horizontal.
     ///
     /// Examples
     /// --------
@@ -143,21 +147,21 @@ impl PyGrassmann {
     /// >>> float(M.sectional_curvature(Y, U, U[:, ::-1] * [1, -1]).round(14))
     /// 2.0
     fn sectional_curvature(&self, Y: &Any, U: &Any, V: &Any) -> PyResult<Numbers> {
-        // Inverse to squared lengths.
+        // Scales inversely with squared lengths.
         let own = |field: Field, x: f64| x / field.squared(1.0);
         self.map_numbers(named![Y, U, V], own, |m, [y, u, v], _| {
             m.sectional_curvature(y, u, v)
         })
     }
 
-    /// The Riemannian gradient ``G - Y Y^T G`` of a function with the Euclidean gradient ``G`` at ``Y``, shape (..., n, k).
+    /// Return the Riemannian gradient ``G - Y Y^T G`` for the Euclidean gradient ``G``, shape (..., n, k).
     ///
-    /// The function has to depend on the subspace alone, ``f(Y Q) = f(Y)`` for orthogonal ``Q``.
+    /// The function must depend on the subspace alone, ``f(Y Q) = f(Y)`` for orthogonal ``Q``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal (with the measured defect).
+    ///     Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
     ///
     /// Examples
     /// --------
@@ -172,26 +176,29 @@ impl PyGrassmann {
         })
     }
 
-    /// The Riemannian Hessian applied to the tangent vector ``V`` at ``Y``, ``(I - Y Y^T) H - V Y^T G``, shape (..., n, k).
+    /// Apply the Riemannian Hessian to the tangent vector ``V`` at ``Y``, shape (..., n, k).
+    ///
+    /// The result is ``(I - Y Y^T) H - V Y^T G``.
     ///
     /// Parameters
     /// ----------
     /// Y : array_like, shape (..., n, k)
     ///     Points.
     /// G, H : array_like, shape (..., n, k)
-    ///     The Euclidean gradient, and the Euclidean Hessian applied to ``V``, of a function that depends on the subspace alone.
+    ///     Euclidean gradient, and Euclidean Hessian applied to ``V``, of a function that depends on the subspace
+    ///     alone.
     /// V : array_like, shape (..., n, k)
     ///     Tangent vectors at ``Y``.
     ///
     /// Returns
     /// -------
     /// ndarray, shape (..., n, k)
-    ///     The covariant derivative of the gradient along ``V``.
+    ///     Covariant derivative of the gradient along ``V``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not horizontal (with the measured defect).
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not horizontal (with the measured defect).
     ///
     /// Examples
     /// --------

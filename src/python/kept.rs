@@ -1,10 +1,10 @@
-//! What is computed when it is first asked for, and kept.
+//! Values that are computed on first use and cached.
 
 use std::sync::{Arc, OnceLock};
 
 use crate::error::Result;
 
-/// A value that all clones share, once there is one.
+/// A value that is shared by all clones once it is computed.
 pub(super) struct Kept<T>(Arc<OnceLock<T>>);
 
 impl<T> Default for Kept<T> {
@@ -20,10 +20,10 @@ impl<T> Clone for Kept<T> {
 }
 
 impl<T> Kept<T> {
-    /// The value, made by `make` where there is none yet; two threads may both make it.
+    /// Returns the value, computed by `make` if there is none yet; two threads may both compute it.
     ///
     /// # Errors
-    /// Those of `make`: nothing is kept then.
+    /// Those of `make`, after which no value is stored.
     pub(super) fn get(&self, make: impl FnOnce() -> Result<T>) -> Result<&T> {
         if let Some(value) = self.0.get() {
             return Ok(value);

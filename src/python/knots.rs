@@ -1,4 +1,4 @@
-//! Times and end conditions of splines, as SciPy's users write them.
+//! Times and end conditions of splines, in the forms that SciPy accepts.
 
 use super::array_namespace::as_numpy;
 use super::points::Points;
@@ -8,9 +8,8 @@ use crate::spline::{EndCondition, EndConditions};
 
 /// Times from anything array-like, shape (N,).
 ///
-/// # Errors
-/// `TypeError` for what is no number (for dates, with how to convert them), `InvalidInputError` for another shape and for whole
-/// numbers that no float is.
+/// # Errors `TypeError` for objects that are not numbers (for dates, with how to convert them), `InvalidInputError` for
+/// other shapes and integers that no float represents exactly.
 pub(super) fn times(object: &Any) -> PyResult<Vec<f64>> {
     if object.cast::<PyArrayDyn<f64>>().is_err() {
         check_numbers(object)?;
@@ -19,7 +18,7 @@ pub(super) fn times(object: &Any) -> PyResult<Vec<f64>> {
     Ok(times)
 }
 
-/// Error for dates and durations, and for whole numbers that would be rounded.
+/// Error for dates and durations, and for integers that would be rounded.
 fn check_numbers(object: &Any) -> PyResult<()> {
     let array = as_numpy(object, "t")?;
     let array = array.cast_into::<PyUntypedArray>()?;
@@ -34,11 +33,11 @@ fn check_numbers(object: &Any) -> PyResult<()> {
         'i' | 'u' => return check_exact(array.as_any()),
         _ => return Ok(()),
     };
-    let message = format!("t: {found} are not numbers; give seconds: {advice}");
+    let message = format!("t: {found} are not numbers; convert them to seconds: {advice}");
     Err(PyTypeError::new_err(message))
 }
 
-/// Whether the first object of an array is of a class of the module `datetime`.
+/// Whether the first object of an array is an instance of a class of the module `datetime`.
 fn holds(array: &Bound<'_, PyUntypedArray>, class: &str) -> PyResult<bool> {
     if array.len() == 0 {
         return Ok(false);
@@ -47,19 +46,19 @@ fn holds(array: &Bound<'_, PyUntypedArray>, class: &str) -> PyResult<bool> {
     array.call_method1("item", (0,))?.is_instance(&class)
 }
 
-/// Error where a whole number is not a float, like a time stamp in nanoseconds.
+/// Error if an integer is not exactly a float, such as a time stamp in nanoseconds.
 fn check_exact(array: &Any) -> PyResult<()> {
     let exact = array.call_method0("ravel")?.call_method0("tolist")?;
     let rounded = array.call_method1("astype", ("float64",))?;
     let rounded = rounded.call_method0("ravel")?.call_method0("tolist")?;
-    // Python compares whole numbers with floats exactly.
+    // Python compares integers with floats exactly.
     if exact.eq(&rounded)? {
         return Ok(());
     }
     for (knot, pair) in exact.try_iter()?.zip(rounded.try_iter()?).enumerate() {
         let exact = pair.0?;
         if !exact.eq(pair.1?)? {
-            let problem = "is not a floating-point number; give differences: t - t[0]";
+            let problem = "is not exactly a float; pass differences: t - t[0]";
             let error = invalid!("t: entry {knot}, {exact}, {problem}");
             return Err(at_knot(error, knot));
         }
@@ -67,7 +66,7 @@ fn check_exact(array: &Any) -> PyResult<()> {
     Ok(())
 }
 
-/// End conditions as they are given, and what they mean.
+/// End conditions as given, and their meaning.
 pub(super) struct Ends {
     /// A word, or a pair of words and pairs of an order and an array.
     pub(super) given: Py<PyAny>,
@@ -78,7 +77,7 @@ const NATURAL: &str = "natural";
 const CLAMPED: &str = "clamped";
 const PERIODIC: &str = "periodic";
 
-/// The argument `bc_type`: a word or anything else, which is then a pair.
+/// The argument `bc_type`: a word, or any other object, which is then a pair.
 #[derive(FromPyObject)]
 pub(super) enum BcType<'py> {
     Word(String),
@@ -96,7 +95,7 @@ impl BcType<'_> {
         matches!(self, BcType::Word(word) if word == PERIODIC)
     }
 
-    /// What it means for points of a shape, that of the core.
+    /// The conditions for points of a given shape of the core.
     pub(super) fn read(
         &self,
         py: Python<'_>,
@@ -108,7 +107,7 @@ impl BcType<'_> {
         })
     }
 
-    /// What it means for points at knots, in whose tangent spaces the vectors are put.
+    /// The conditions for points at knots; the vectors are projected to their tangent spaces.
     pub(super) fn read_at(
         &self,
         py: Python<'_>,
@@ -129,10 +128,10 @@ impl BcType<'_> {
         })
     }
 
-    /// The vectors among them. What is wrong with them is said where they are read.
+    /// The vectors in the conditions. Errors in them are reported where they are read.
     pub(super) fn vectors(&self) -> PyResult<Vec<Any<'_>>> {
         let mut vectors = Vec::new();
-        // What has no length, such as an iterator, would be read once only.
+        // Objects without a length, such as iterators, can be read only once.
         if let BcType::Pair(items) = self
             && items.len().is_ok()
         {
@@ -146,7 +145,7 @@ impl BcType<'_> {
         Ok(vectors)
     }
 
-    /// The same where the vector of the first or the last end is read in another way.
+    /// The conditions, with a function that reads the vector of the first or the last end.
     pub(super) fn read_by(
         &self,
         py: Python<'_>,
@@ -174,7 +173,7 @@ impl BcType<'_> {
     }
 }
 
-/// A vector, if it has the shape of a point; the core's both.
+/// A vector with the shape of a point; both shapes are of the core.
 fn of_shape(field: Field, shape: (usize, usize), vector: Mat<f64>) -> PyResult<Mat<f64>> {
     if vector.shape() == shape {
         return Ok(vector);
@@ -184,7 +183,7 @@ fn of_shape(field: Field, shape: (usize, usize), vector: Mat<f64>) -> PyResult<M
     Err(unexpected("bc_type", &tuple(&expected), &found))
 }
 
-/// The conditions of a word that is said of both ends.
+/// The conditions of a word for both ends.
 fn conditions_of(word: &str, shape: (usize, usize)) -> PyResult<EndConditions> {
     match word {
         NATURAL => Ok(EndConditions::Natural),
@@ -197,7 +196,7 @@ fn conditions_of(word: &str, shape: (usize, usize)) -> PyResult<EndConditions> {
     }
 }
 
-/// The condition at one end, and how it is said.
+/// The condition at one end, and its stored form.
 fn end<'py>(
     object: &Any<'py>,
     field: Field,
@@ -239,7 +238,7 @@ fn unknown(word: &str, expected: &str) -> PyErr {
     invalid!("bc_type: expected {expected}, found '{word}'")
 }
 
-/// The two items of any pair.
+/// The two items of a pair.
 pub(super) fn pair<'py>(object: &Any<'py>, name: &str, expected: &str) -> PyResult<[Any<'py>; 2]> {
     if object.try_iter().is_err() {
         let found = object.get_type().name()?;
@@ -250,20 +249,20 @@ pub(super) fn pair<'py>(object: &Any<'py>, name: &str, expected: &str) -> PyResu
         .map_err(|found| invalid!("{name}: expected a pair ({expected}), found {found} items"))
 }
 
-/// The names of the conditions at the ends in a stored form, and of their vectors.
+/// Names of the end conditions and their vectors in a stored form.
 const BC_TYPE: &str = "bc_type";
 const ENDS: [(&str, &str); 2] = [
     ("bc_first", "bc_first_vector"),
     ("bc_last", "bc_last_vector"),
 ];
 
-/// What is said of both ends where each has its own condition.
+/// The word for separate conditions at both ends.
 const EACH: &str = "each";
 
-/// Words for what is given at an end, by the order of the derivative.
+/// Words for the given vector, by the order of the derivative.
 const GIVEN: [&str; 2] = ["velocity", "acceleration"];
 
-/// Writes end conditions, as [`Ends`] gives them back, into a stored form.
+/// Writes end conditions into a stored form, in the form that [`Ends`] reads.
 pub(super) fn store_ends(given: &Any, field: Field, form: &Bound<'_, PyDict>) -> PyResult<()> {
     if given.is_instance_of::<PyString>() {
         return form.set_item(BC_TYPE, given);
@@ -283,7 +282,7 @@ pub(super) fn store_ends(given: &Any, field: Field, form: &Bound<'_, PyDict>) ->
     Ok(())
 }
 
-/// Reads them again.
+/// Reads end conditions from a stored form.
 pub(super) fn restore_ends<'py>(py: Python<'py>, form: &mut Form) -> PyResult<BcType<'py>> {
     let word = form.word(BC_TYPE)?;
     if word != EACH {

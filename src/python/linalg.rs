@@ -14,17 +14,17 @@ use super::complex_array::{array_of, of_pairs, pairs};
 use super::prelude::*;
 use crate::linalg::{OrthogonalLog, SkewExp, UnitaryLog};
 
-/// Up to this size a thread keeps its buffers, and one matrix is computed where it stands.
+/// Up to this size a thread keeps its buffers, and a single matrix is computed in place.
 const SMALL: usize = 128;
 
-/// Up to this size it takes less than some ten microseconds, and the interpreter is not left for it.
+/// Up to this size a call takes about ten microseconds at most, and keeps the GIL.
 const TINY: usize = 24;
 
-/// A function of a square matrix with entries `T`, `K` its buffers.
+/// A function of a square matrix with entries `T` and buffers `K`.
 struct Kernel<K: 'static, T: 'static> {
-    /// Of the argument.
+    /// Name of the argument.
     name: &'static str,
-    /// The buffers of the last size.
+    /// Buffers for the last size.
     kept: &'static LocalKey<Cell<Option<(usize, K)>>>,
     make: fn(usize) -> K,
     into: fn(&mut K, MatMut<'_, T>, MatRef<'_, T>) -> Result<()>,
@@ -66,7 +66,7 @@ static UNITARY_LOG: Kernel<UnitaryLog, c64> = Kernel {
 };
 
 impl<K, T: ComplexField<Real = f64> + Element + Copy> Kernel<K, T> {
-    /// The value for one matrix, row by row.
+    /// Evaluates one matrix, stored row by row.
     fn apply(&self, a: MatRef<'_, T>, out: &mut [T]) -> Result<()> {
         let m = a.nrows();
         let kept = self.kept.take().filter(|(size, _)| *size == m);
@@ -78,9 +78,9 @@ impl<K, T: ComplexField<Real = f64> + Element + Copy> Kernel<K, T> {
         result
     }
 
-    /// The value for one small matrix that stands in memory row by row; `None` for anything else.
+    /// Evaluates one small matrix that is stored row by row; `None` for any other object.
     fn one<'py>(&self, object: &Any<'py>, threads: Option<i64>) -> PyResult<Option<Any<'py>>> {
-        // Not of a subclass, which may mean something else by its numbers.
+        // Subclasses may interpret their numbers differently.
         if let Ok(array) = object.cast_exact::<PyArray2<T>>()
             && let &[m, cols] = array.shape()
             && m == cols
@@ -95,7 +95,7 @@ impl<K, T: ComplexField<Real = f64> + Element + Copy> Kernel<K, T> {
         Ok(None)
     }
 
-    /// One small matrix.
+    /// Evaluates one small matrix.
     fn small<'py>(&self, py: Python<'py>, entries: &[T], m: usize) -> PyResult<Any<'py>> {
         let mut out = vec![zero::<T>(); m * m];
         let mut work = || self.apply(MatRef::from_row_major_slice(entries, m, m), &mut out);
@@ -113,7 +113,7 @@ impl<K> Kernel<K, f64> {
         let [batch] = matrix_batches([(array, self.name)])?;
         let (m, cols) = (batch.rows, batch.cols);
         let call = Call::new(py, threads, batch.numbers())?;
-        // Also where the batch is empty.
+        // Checked for an empty batch too.
         check_square(self.name, m, cols)?;
         let found = map_batch(&call, [batch], &[m, m], |[batch], i, out, _| {
             self.apply(batch.get(i), out)
@@ -123,7 +123,7 @@ impl<K> Kernel<K, f64> {
 }
 
 impl<K> Kernel<K, c64> {
-    /// A batch as pairs of real numbers: a matrix has the shape `(m, 2 m)`.
+    /// Reads a batch as pairs of real numbers: a matrix has the shape `(m, 2 m)`.
     fn batch<'py>(&'static self, array: &Any<'py>, threads: Option<i64>) -> PyResult<Any<'py>> {
         let py = array.py();
         let shape: Vec<usize> = array.getattr("shape")?.extract()?;
@@ -153,7 +153,7 @@ fn check_square(name: &str, m: usize, cols: usize) -> PyResult<()> {
     Ok(())
 }
 
-/// A function of real and of complex matrices, by what numbers an array has.
+/// Chooses between the real and the complex function by the dtype of the array.
 fn map<'py, K, C>(
     real: &'static Kernel<K, f64>,
     complex: &'static Kernel<C, c64>,
@@ -173,29 +173,31 @@ fn map<'py, K, C>(
     Namespace::of([(object, real.name)])?.array(value)
 }
 
-/// Exponential of a skew-symmetric or skew-Hermitian matrix: a rotation or a unitary matrix, to round-off.
+/// Return the exponential of a skew-symmetric or skew-Hermitian matrix.
+///
+/// The result is a rotation or a unitary matrix, to round-off.
 ///
 /// Parameters
 /// ----------
 /// A : array_like, shape (..., m, m)
 ///     Real and skew-symmetric, or complex and skew-Hermitian: ``|A + A^H| / 2 <= 1e-12 |A|``.
 /// num_threads : int, optional
-///     Threads for a batch; by default those of the global pool.
+///     Number of threads for a batch; by default the size of the global pool.
 ///
 /// Returns
 /// -------
 /// ndarray, shape (..., m, m)
-///     ``e^A``, with ``|Q^H Q - I|_2`` at most ``m * 1e-15``; complex128 where ``A`` is complex, else float64.
+///     ``e^A``, with ``|Q^H Q - I|_2`` at most ``m * 1e-15``; complex128 if ``A`` is complex, else float64.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Not square, not finite, not skew-symmetric or skew-Hermitian (with the measured defect).
+///     Not square, not finite, or not skew-symmetric or skew-Hermitian (with the measured defect).
 ///
 /// Notes
 /// -----
-/// Closed forms for ``m <= 3`` (complex: ``m <= 2``); even and odd polynomials in ``A^2`` with squaring for moderate norms,
-/// the real Schur form of Ward and Gray (1978) or the Hermitian eigenproblem for large ones.
+/// Closed forms for ``m <= 3`` (complex: ``m <= 2``); even and odd polynomials in ``A^2`` with squaring for moderate
+/// norms; the real Schur form of Ward and Gray (1978) or the Hermitian eigenvalue problem for large norms.
 ///
 /// Examples
 /// --------
@@ -211,38 +213,41 @@ pub fn skew_exp<'py>(A: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py
     map(&EXP, &COMPLEX_EXP, A, num_threads)
 }
 
-/// Principal skew logarithm of a rotation (real, all angles below pi) or of a unitary matrix (angles in (-pi, pi]).
+/// Return the principal skew logarithm of a rotation or a unitary matrix.
+///
+/// The angles of a rotation (real) must be below pi; those of a unitary matrix lie in (-pi, pi].
 ///
 /// Parameters
 /// ----------
 /// Q : array_like, shape (..., m, m)
-///     Real and orthogonal of determinant +1, or complex and unitary: ``|Q^H Q - I| <= 1e-9``.
+///     Real and orthogonal with determinant +1, or complex and unitary: ``|Q^H Q - I| <= 1e-9``.
 /// num_threads : int, optional
-///     Threads for a batch; by default those of the global pool.
+///     Number of threads for a batch; by default the size of the global pool.
 ///
 /// Returns
 /// -------
 /// ndarray, shape (..., m, m)
-///     ``L = -L^H`` with ``e^L = Q``, complex128 where ``Q`` is complex, else float64. Backward error at most 1e-13 for ``m``
-///     up to 50, repeated and clustered angles and angles of ``pi - 1e-10`` included.
+///     ``L = -L^H`` with ``e^L = Q``; complex128 if ``Q`` is complex, else float64. The backward error is at most 1e-13
+///     for ``m`` up to 50, even for repeated and clustered angles and for angles of ``pi - 1e-10``.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Not square, not finite, not orthogonal or unitary (with the measured defect).
+///     Not square, not finite, or not orthogonal or unitary (with the measured defect).
 /// OutsideDomainError
-///     Only for real ``Q``: determinant -1, or an angle that is pi to working precision; carries ``angle``. No real
-///     logarithm is principal there; ``orthogonal_log(Q.astype(complex))`` returns the complex one.
+///     Only for real ``Q``: the determinant is -1, or an angle is pi to working precision, so that no real principal
+///     logarithm exists; carries ``angle``. ``orthogonal_log(Q.astype(complex))`` returns the complex logarithm.
 ///
 /// Notes
 /// -----
-/// Real: closed forms for ``m <= 3``; above, the skew Schur form of ``(Q - Q^T) / 2``, or the symmetric eigenproblem of
-/// ``(Q + Q^T) / 2`` and the skew Schur form inside of each group of equal cosines, and one Newton correction.
+/// Real: closed forms for ``m <= 3``; for larger ``m``, the skew Schur form of ``(Q - Q^T) / 2``, or the symmetric
+/// eigenvalue problem of ``(Q + Q^T) / 2`` and the skew Schur form within each group of equal cosines, and one Newton
+/// correction.
 ///
-/// Complex: closed forms for ``m <= 2``; above, the eigenproblem of one Hermitian combination of ``Q`` and ``Q^H``, that
-/// of another one inside of each group of equal eigenvalues, and one Newton correction. On the eigenspace of -1 the
-/// logarithm is ``i pi``. To working precision the angles pi and -pi are the same: those closer to -pi than ``4 m eps`` are
-/// returned as pi.
+/// Complex: closed forms for ``m <= 2``; for larger ``m``, the eigenvalue problem of a Hermitian combination of ``Q``
+/// and ``Q^H``, a second one within each group of equal eigenvalues, and one Newton correction. On the eigenspace of -1
+/// the logarithm is ``i pi``. To working precision the angles pi and -pi are the same: angles closer to -pi than
+/// ``4 m eps`` are returned as pi.
 ///
 /// Examples
 /// --------

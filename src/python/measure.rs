@@ -4,20 +4,22 @@ use super::prelude::*;
 use super::record::record;
 use crate::curve::Guarantee;
 
-/// The largest norms of the derivatives of a curve, canonical metric.
+/// Largest norms of the derivatives of a curve, canonical metric.
 ///
-/// Made by :meth:`Curve.derivative_bounds`.
+/// Returned by :meth:`Curve.derivative_bounds`.
 #[pyclass(name = "DerivativeBounds", module = "stiefel_rs", frozen, get_all)]
 pub struct PyDerivativeBounds {
-    /// The largest norm of the velocity.
+    /// Largest norm of the velocity.
     velocity: f64,
-    /// The largest norm of the covariant acceleration.
+    /// Largest norm of the covariant acceleration.
     acceleration: f64,
-    /// The largest norm of the covariant jerk.
+    /// Largest norm of the covariant jerk.
     jerk: f64,
-    /// ``"enclosure"``: the norms are nowhere larger (but for round-off), and the numbers at most 1e-3 of themselves above
-    /// the largest norms (1e-4 of a derivative of lower order where that is more than ten times as large, in the length of a
-    /// piece as unit of time). ``"sampling"``: the largest norms of a dense sample, refined around the largest.
+    /// How the numbers were found: ``"enclosure"`` or ``"sampling"``.
+    ///
+    /// ``"enclosure"``: upper bounds (up to round-off) that exceed the largest norms by at most 1e-3 relative, or by at
+    /// most 1e-4 of a derivative of lower order if that is more than ten times as large, with the duration of a piece
+    /// as the unit of time. ``"sampling"``: largest norms of a dense sample, refined around the maximum.
     guarantee: &'static str,
 }
 
@@ -41,21 +43,21 @@ record! { PyDerivativeBounds, velocity, acceleration, jerk, guarantee }
 
 #[pymethods]
 impl PyCurve {
-    /// Length of the curve between two parameters, canonical metric.
+    /// Return the length of the curve between two parameters, canonical metric.
     ///
-    /// Relative error 1e-12, or round-off of the velocity where that is more.
+    /// The relative error is 1e-12, or the round-off of the velocity if that is larger.
     ///
     /// Parameters
     /// ----------
     /// t0, t1 : float, optional
-    ///     The ends, ``t0 <= t1``; by default those of ``t_span``.
+    ///     The ends, ``t0 <= t1``; by default the ends of ``t_span``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Not finite, ``t1`` before ``t0``.
+    ///     ``t0`` or ``t1`` not finite, ``t1 < t0``.
     /// ConvergenceError
-    ///     The quadrature does not settle.
+    ///     The quadrature did not converge.
     ///
     /// Examples
     /// --------
@@ -70,21 +72,22 @@ impl PyCurve {
         Ok(self.field.length(length))
     }
 
-    /// Parameters at which the curve is to be evaluated for points at equal distances along it.
+    /// Return parameters at which points of the curve are equally spaced in arc length.
     ///
-    /// ``curve(curve.resample(count))`` is the curve at constant speed.
+    /// ``curve(curve.resample(count))`` samples the curve at constant speed.
     ///
     /// Parameters
     /// ----------
     /// count : int
-    ///     Number of points, two or more; the first and the last one are the ends of ``t_span``.
+    ///     Number of parameters, at least two; the first and the last are the ends of ``t_span``.
     /// num_threads : int, optional
-    ///     Threads; by default those of the global pool.
+    ///     Number of threads; by default the size of the global pool.
     ///
     /// Returns
     /// -------
     /// ndarray, shape (count,)
-    ///     Increasing; lengths between neighbours agree to 1e-12 of the whole. Equal steps for a curve that rests.
+    ///     Increasing; the lengths between neighbours agree to 1e-12 of the total length. Equally spaced for a constant
+    ///     curve.
     ///
     /// Examples
     /// --------
@@ -105,16 +108,17 @@ impl PyCurve {
         Ok(Array::flat(found?))
     }
 
-    /// The largest norms of velocity, covariant acceleration and covariant jerk over ``t_span``, canonical metric.
+    /// Bound the norms of velocity, covariant acceleration and covariant jerk over ``t_span``, canonical metric.
     ///
-    /// True bounds for Riemannian cubics and their splines, at most 1e-3 above the largest norms, or 1e-4 of those of lower
-    /// order where these are more than ten times as large in the length of a piece as unit of time; the largest norms of
-    /// a dense and refined sample for other curves. See :class:`DerivativeBounds`.
+    /// For Riemannian cubics and their splines these are upper bounds, at most 1e-3 relative above the largest norms,
+    /// or 1e-4 of a derivative of lower order if that is more than ten times as large, with the duration of a piece as
+    /// the unit of time. For other curves they are the largest norms of a dense, refined sample. See
+    /// :class:`DerivativeBounds`.
     ///
     /// Raises
     /// ------
     /// ConvergenceError
-    ///     A cubic so long and fast that bounds would need too many samples.
+    ///     The cubic is so long and fast that bounds would need too many samples.
     ///
     /// Examples
     /// --------
@@ -132,26 +136,26 @@ impl PyCurve {
         })
     }
 
-    /// Draw the curve, as ``stiefel_rs.plotting.plot`` does; needs matplotlib (extra ``plot``).
+    /// Draw the curve with ``stiefel_rs.plotting.plot``; needs matplotlib (extra ``plot``).
     ///
     /// Parameters
     /// ----------
     /// ax : matplotlib.axes.Axes, optional
-    ///     Where to draw; a figure of its own if not given.
+    ///     Axes to draw into; by default those of a new figure.
     /// num : int, optional
     ///     Number of points.
     /// **style
-    ///     Passed on to the lines.
+    ///     Keyword arguments for the lines.
     ///
     /// Returns
     /// -------
     /// matplotlib.axes.Axes
-    ///     Where it was drawn.
+    ///     The axes with the curve.
     ///
     /// Raises
     /// ------
     /// ImportError
-    ///     There is no matplotlib.
+    ///     matplotlib is not installed.
     #[pyo3(signature = (*, ax=None, num=200, **style), text_signature = "($self, *, ax=None, num=200, **style)")]
     fn plot<'py>(
         slf: &Bound<'py, Self>,

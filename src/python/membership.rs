@@ -1,8 +1,8 @@
-//! Points and tangent vectors as they come: what is on the manifold to the precision of its numbers, or is to be projected,
-//! is replaced by the nearest that there is on the manifold.
+//! Points and tangent vectors as given: those on the manifold to the precision of their numbers, and those to be projected,
+//! are replaced by the nearest exact ones.
 //!
-//! The letters of arguments say what they are: S, Y and P are points; U, V, W, A and J tangent vectors at the point named
-//! before them; all others are any matrices.
+//! The letters of arguments tell their role: S, Y and P are points; U, V, W, A and J tangent vectors at the point named
+//! before them; all others are arbitrary matrices.
 
 use rayon::prelude::*;
 
@@ -13,19 +13,19 @@ use crate::manifold::stiefel::POINT_TOLERANCE;
 use crate::manifold::tangent::{check_vector, check_vector_to, tangent_part};
 use crate::space::Quotient;
 
-/// The defect up to which points in single precision are points, and their vectors, relative to their length, tangent:
-/// a hundred times the round-off of an entry of `float32`.
+/// Largest defect of points in single precision, and of their vectors relative to their length: a hundred times the
+/// round-off of an entry of `float32`.
 pub(super) const SINGLE: f64 = 1e-5;
 
-/// The same for points and vectors that are asked to be projected.
+/// The same for points and vectors with `project=True`.
 pub(super) const PROJECTED: f64 = 0.1;
 
-/// What a matrix may be off the manifold, and be replaced.
+/// Defects up to which a matrix is projected to the manifold.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Projection {
-    /// By the round-off of its numbers.
+    /// Up to the round-off of its numbers.
     OfRoundOff,
-    /// By up to a tenth.
+    /// Up to a tenth.
     Wanted,
 }
 
@@ -38,7 +38,7 @@ impl Projection {
         }
     }
 
-    /// The largest defect of what is replaced; `None` where nothing is.
+    /// The largest defect of a matrix that is projected; `None` if none is.
     pub(super) fn limit(self, single: bool) -> Option<f64> {
         match self {
             Projection::Wanted => Some(PROJECTED),
@@ -47,7 +47,7 @@ impl Projection {
     }
 }
 
-/// What an argument is.
+/// Role of an argument.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     Point,
@@ -55,7 +55,7 @@ pub(super) enum Role {
     Matrix,
 }
 
-/// An argument by its name.
+/// Role of an argument by its name.
 pub(super) fn role(name: &'static str) -> (Role, &'static str) {
     let role = match name.as_bytes().first() {
         Some(b'S' | b'Y' | b'P') => Role::Point,
@@ -68,20 +68,19 @@ pub(super) fn role(name: &'static str) -> (Role, &'static str) {
 /// The exception for an error of a member of a batch with the given leading axes.
 type Place = fn(&Error, usize, &[usize]) -> PyErr;
 
-/// What is wrong with a member.
+/// The error of a member.
 type Failure = (usize, Error);
 
-/// Members that a thread takes at once.
+/// Members that a thread processes at once.
 const TOGETHER: usize = 64;
 
-/// The work of a projection for a number, in that of an exponential.
+/// Work of a projection per number, relative to an exponential.
 const WORK: f64 = 10.0;
 
-/// Arguments, put on a manifold, away from the interpreter.
+/// Puts arguments on a manifold, without the interpreter.
 ///
-/// # Errors
-/// `InvalidInputError` for what is off by more than is allowed. What the core refuses anyway, such as other shapes and numbers
-/// that are not finite, is left to it.
+/// # Errors `InvalidInputError` for a defect above the limit. Input that the core rejects, such as wrong shapes and
+/// numbers that are not finite, is left to it.
 pub(super) fn on_manifold<const N: usize>(
     py: Python<'_>,
     roles: [(Role, &'static str); N],
@@ -194,8 +193,8 @@ fn put_vectors(
     })
 }
 
-/// The tolerance of the core for one that counts relative to the length of a vector where that exceeds 1: the core multiplies by
-/// its own norm, in which complex vectors are longer; `unit` is a unit of it.
+/// Converts a tolerance relative to `max(1, |v|)` to the core, which multiplies by its own norm, in which complex
+/// vectors are longer; `unit` is one unit of it.
 pub(super) fn core_tolerance(atol: f64, unit: f64, vector: MatRef<'_, f64>) -> f64 {
     match norm(vector) {
         long if long > 1.0 / unit => atol,
@@ -204,7 +203,7 @@ pub(super) fn core_tolerance(atol: f64, unit: f64, vector: MatRef<'_, f64>) -> f
 }
 
 impl Batch {
-    /// Replaces members by what `member` makes of them, or leaves them; the failure of the first that has one.
+    /// Replaces members by the values of `member`, or leaves them; returns the error of the first that fails.
     fn replace(
         &mut self,
         interrupt: Interrupt<'_>,

@@ -1,6 +1,6 @@
 //! The Python module `stiefel_rs._core`: names only. No mathematics lives below this point.
 
-// Arguments have the names that they have in Python, those of the mathematics, and are as many.
+// Arguments have the same names and number as in Python, where they follow the formulas.
 #![allow(non_snake_case, clippy::too_many_arguments)]
 
 mod array_namespace;

@@ -1,9 +1,10 @@
-//! What errors add where frames are far apart only since their columns are turned: they may be bases of subspaces.
+//! Hint in errors about frames whose spans are much closer than the frames: they may be bases of subspaces.
 
 use super::prelude::*;
 use crate::manifold::only_bases::apart;
 
-/// An error about two points, with their distances as frames and as subspaces where these tell that they may be bases.
+/// Adds to an error about two points their distances as frames and as subspaces, if these suggest that the points are
+/// bases.
 pub(super) fn advised(error: Error, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Error {
     let found = match error.is_about_distance() {
         true => apart(s0, s1),
@@ -19,7 +20,7 @@ pub(super) fn advised(error: Error, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) ->
     }
 }
 
-/// The same for points in a row.
+/// Adds the hint to an error about consecutive points.
 pub(super) fn advised_knots(error: Error, points: &[MatRef<'_, f64>]) -> Error {
     let at =
         |knot: usize, error: Error| advised(error, points[knot], points[knot + 1]).at_knot(knot);

@@ -1,4 +1,4 @@
-//! Splines of the binding: what they are made from, the curves of pieces that they are, and how these are stored.
+//! Splines of the binding: their data, their pieces and their stored form.
 
 use super::geometric_cubic::PyGeometricCubic;
 use super::knots::times;
@@ -30,12 +30,12 @@ impl Data {
         })
     }
 
-    /// The shape of the core's points.
+    /// Shape of the points in the core.
     pub(super) fn shape(&self) -> (usize, usize) {
         (self.points.rows, self.points.cols)
     }
 
-    /// A call that finds pieces.
+    /// The call that constructs the pieces.
     pub(super) fn call<'py>(&self, py: Python<'py>, threads: Option<i64>) -> PyResult<Call<'py>> {
         let call = Call::new(py, threads, SOLVES * self.points.numbers())?;
         Ok(call.over(self.points.field()))
@@ -77,16 +77,16 @@ impl Cubics {
     }
 }
 
-/// A curve through points, made of cubics that follow one another.
+/// Piecewise curve through points, made of cubics: the base class of splines.
 ///
-/// Made by :class:`CubicSpline` and :class:`CubicHermite`.
+/// Constructed by :class:`CubicSpline`, :class:`CubicHermite` and :class:`SmoothingSpline`.
 #[pyclass(name = "PiecewiseCurve", module = "stiefel_rs", extends = PyCurve, subclass, frozen)]
 pub struct PyPiecewiseCurve {
     pub(super) cubics: Cubics,
-    /// The times between which the pieces run; read-only, shape (N,).
+    /// Times of the knots; read-only, shape (N,).
     #[pyo3(get)]
     t: Owned,
-    /// The points at these times, as given or projected; read-only, shape (N, n, k).
+    /// Points of the curve at the knots, as given, projected or smoothed; read-only, shape (N, n, k).
     #[pyo3(get)]
     pub(super) points: Owned,
     pub(super) report: Option<SolverReport>,
@@ -94,7 +94,7 @@ pub struct PyPiecewiseCurve {
 
 #[pymethods]
 impl PyPiecewiseCurve {
-    /// ``"riemannian"`` or ``"geometric"``: what the pieces are.
+    /// Kind of the pieces: ``"riemannian"`` or ``"geometric"``.
     #[getter]
     pub(super) fn kind(&self) -> &'static str {
         match self.cubics {
@@ -103,19 +103,19 @@ impl PyPiecewiseCurve {
         }
     }
 
-    /// Whether the first and the last piece go on outside of ``t_span``.
+    /// Whether the first and the last piece are continued outside ``t_span`` by default.
     #[getter]
     fn extrapolate(&self) -> bool {
         on_cubics!(&self.cubics, curve => curve.outside()) == Outside::Continued
     }
 
-    /// How the spline was solved for; None where nothing had to be solved for all pieces together.
+    /// Outcome of the solver; None if the pieces were constructed independently.
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
         self.report.map(PySolverReport::from)
     }
 
-    /// The ``N - 1`` pieces, each on ``[0, 1]``.
+    /// The ``N - 1`` pieces, each as a curve on ``[0, 1]``.
     #[getter]
     fn pieces(slf: &Bound<'_, Self>) -> PyResult<Vec<Py<PyAny>>> {
         let (py, field) = (slf.py(), slf.as_super().get().field);
@@ -150,14 +150,14 @@ impl PyPiecewiseCurve {
     }
 }
 
-/// The names of a spline's own numbers and words in its stored form.
+/// Names of a spline's numbers and words in its stored form.
 const POINTS: &str = "S";
 const REPORT: &str = "report";
 pub(super) const VELOCITIES: &str = "V";
 pub(super) const PIECES: &str = "pieces";
 
 impl PyPiecewiseCurve {
-    /// The stored form without what is the subclass's own.
+    /// The stored form without the subclass's entries.
     pub(super) fn stored(&self, py: Python<'_>, field: Field) -> PyResult<Fields> {
         let (_, mut fields) = self.cubics.curve().stored();
         put(py, field, &mut fields, POINTS, &self.points)?;
@@ -183,7 +183,7 @@ pub(super) fn put(
     Ok(())
 }
 
-/// What a spline is made of.
+/// The parts of a spline.
 pub(super) struct Spline {
     pub(super) cubics: Cubics,
     pub(super) data: Data,
@@ -191,7 +191,7 @@ pub(super) struct Spline {
 }
 
 impl Spline {
-    /// The base of its object, to which its class adds its own fields.
+    /// The base of the object, to which the class adds its fields.
     pub(super) fn wrap(self, py: Python<'_>) -> PyResult<PyClassInitializer<PyPiecewiseCurve>> {
         let field = self.data.points.field();
         let this = PyPiecewiseCurve {
@@ -209,7 +209,7 @@ impl Spline {
         curve.sample(cubics.knots(), quantity, interrupt)
     }
 
-    /// From its stored numbers.
+    /// Reads it from its stored numbers.
     pub(super) fn restored(
         fields: &mut Fields,
         field: Field,
@@ -244,7 +244,7 @@ impl Spline {
         })
     }
 
-    /// The velocities at the knots, which are those of the curve.
+    /// Reads the velocities at the knots and checks that they are those of the curve.
     pub(super) fn velocities(&self, array: Array, interrupt: Interrupt<'_>) -> Result<Batch> {
         let field = self.data.points.field();
         let velocities = Self::batch(&self.cubics, field, VELOCITIES, array)?;
@@ -255,7 +255,7 @@ impl Spline {
         Ok(velocities)
     }
 
-    /// What makes the given bases those of the curve at its knots, of subspaces.
+    /// Rotations from the given bases of subspaces to the bases of the curve at its knots.
     fn turns(&self, interrupt: Interrupt<'_>) -> Result<Option<Vec<Mat<f64>>>> {
         if self.cubics.curve().quotient() == Quotient::Frames {
             return Ok(None);
@@ -267,7 +267,7 @@ impl Spline {
         ))
     }
 
-    /// An array of one matrix for each knot.
+    /// An array with one matrix per knot.
     fn batch(cubics: &Cubics, field: Field, name: &str, array: Array) -> Result<Batch> {
         let (n, k) = cubics.curve().shape();
         let expected = [cubics.knots().len(), n, k];

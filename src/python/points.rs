@@ -1,4 +1,4 @@
-//! What the points of a curve are, and how they are read: the arguments `manifold` and `project` of everything that makes one.
+//! The manifold of the points of a curve, and how points are read: the arguments `manifold` and `project` of all constructors.
 
 use super::grassmann::PyGrassmann;
 use super::membership::{Projection, Role, at_knot_of, on_manifold, role};
@@ -9,11 +9,11 @@ use crate::linalg::structure::distance;
 use crate::manifold::Metric;
 use crate::space::Quotient;
 
-/// The manifold of the points of a curve that is to be made.
+/// The manifold of the points of a curve under construction.
 pub(super) struct Points {
     pub(super) quotient: Quotient,
     projection: Projection,
-    /// Of the manifold, where one is given.
+    /// On the given manifold, if any.
     given: Option<Given>,
 }
 
@@ -24,7 +24,7 @@ struct Given {
 }
 
 impl Points {
-    /// Frames of the arrays' numbers where there is no manifold.
+    /// On the Stiefel manifold over the field of the arrays if no manifold is given.
     pub(super) fn read(manifold: Option<&Any>, project: bool) -> PyResult<Self> {
         let projection = Projection::of(project);
         let Some(object) = manifold else {
@@ -47,7 +47,7 @@ impl Points {
         let manifold = manifold.get();
         ensure!(
             manifold.core().metric() == Metric::CANONICAL,
-            "manifold: curves are those of the canonical metric, found {name}"
+            "manifold: curves need the canonical metric, found {name}"
         );
         let (field, shape) = (manifold.field(), manifold.shape());
         Ok(Points {
@@ -57,7 +57,7 @@ impl Points {
         })
     }
 
-    /// Frames of the arrays' numbers.
+    /// On the Stiefel manifold over the field of the arrays.
     pub(super) fn frames(projection: Projection) -> Self {
         Points {
             quotient: Quotient::Frames,
@@ -66,7 +66,7 @@ impl Points {
         }
     }
 
-    /// Points and vectors of the field, one matrix each.
+    /// Points and vectors over the field, one matrix each.
     pub(super) fn matrices<const N: usize>(
         &self,
         field: Field,
@@ -122,7 +122,7 @@ impl Points {
         found.map(|[points]| points)
     }
 
-    /// Vectors at knots, of the shape of the points there.
+    /// Vectors at knots, of the same shape as the points there.
     pub(super) fn vectors_at_knots(&self, points: &Batch, V: Named<'_, '_>) -> PyResult<Batch> {
         let vectors = points.field().batch(V.0, V.1, "(N, n, k)")?;
         self.vectors(points, V, vectors, at_knot_of)
@@ -147,8 +147,8 @@ impl Points {
         found.map(|[_, vectors]| vectors)
     }
 
-    /// Makes the last point the first again, where points are put on the manifold anyway and it misses that by no more than
-    /// they may.
+    /// Makes the last point exactly equal to the first, if points are projected anyway and their distance is within the
+    /// limit of the projection.
     pub(super) fn close(&self, points: &mut Batch) {
         let Some(limit) = self.projection.limit(points.single) else {
             return;
@@ -161,7 +161,7 @@ impl Points {
         }
     }
 
-    /// The field of the manifold, or of the arrays where there is none; `TypeError` for complex arrays on a real manifold.
+    /// The field of the manifold, or of the arrays if there is none; `TypeError` for complex arrays on a real manifold.
     pub(super) fn field<'a, 'py: 'a>(
         &self,
         objects: impl IntoIterator<Item = &'a Any<'py>>,
@@ -178,7 +178,7 @@ impl Points {
         }
     }
 
-    /// `InvalidInputError` unless points of that shape of the core are those of the manifold.
+    /// `InvalidInputError` unless points of a given shape of the core belong to the manifold.
     fn check_shape(&self, field: Field, core: (usize, usize)) -> PyResult<()> {
         let Some(given) = &self.given else {
             return Ok(());
@@ -193,7 +193,7 @@ impl Points {
         Ok(())
     }
 
-    /// `InvalidInputError` for what there is of frames only.
+    /// `InvalidInputError` for features that are available for frames only.
     pub(super) fn only_frames(&self, what: &str) -> PyResult<()> {
         ensure!(
             self.quotient == Quotient::Frames,
@@ -203,7 +203,7 @@ impl Points {
     }
 }
 
-/// The manifold of points of the core as an object of Python's.
+/// The manifold for a shape of the core, as a Python object.
 pub(super) fn manifold_of(
     py: Python<'_>,
     quotient: Quotient,
@@ -216,7 +216,7 @@ pub(super) fn manifold_of(
     }
 }
 
-/// `St(n, k)` or `Gr(n, k)` as messages write it, for a shape of the core.
+/// `St(n, k)` or `Gr(n, k)` as in messages, for a shape of the core.
 pub(super) fn symbol(quotient: Quotient, field: Field, core: (usize, usize)) -> String {
     let name = field.manifold(core);
     match quotient {

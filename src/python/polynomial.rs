@@ -1,4 +1,4 @@
-//! De Casteljau curves of the binding: of any degree from control points, and the cubic from boundary data.
+//! De Casteljau curves of the binding, of any degree, from control points or boundary data.
 
 use super::membership::Projection;
 use super::points::Points;
@@ -9,9 +9,9 @@ use crate::linalg::complex_embedding::nearest_embedded;
 use crate::space::Quotient;
 use crate::stored::Stored;
 
-/// A de Casteljau curve, made of quasi-geodesics or of geodesics.
+/// A de Casteljau curve of quasi-geodesics or of geodesics.
 pub(super) trait Polynomial: AnyCurve {
-    /// What it is made of.
+    /// Kind of the pieces.
     fn pieces(&self) -> &'static str;
     fn control_points(&self) -> Vec<Mat<f64>>;
     fn degree(&self) -> usize;
@@ -39,7 +39,7 @@ polynomial_of!(GeometricPolynomial, WORDS[0]);
 polynomial_of!(GeodesicPolynomial, WORDS[1]);
 polynomial_of!(SubspacePolynomial, WORDS[1]);
 
-/// The words for what a curve is made of, and their name in its stored form.
+/// Words for the kind of the pieces, and its name in the stored form.
 pub(super) const WORDS: [&str; 2] = ["quasi_geodesic", "geodesic"];
 pub(super) const PIECES: &str = "pieces";
 
@@ -65,7 +65,7 @@ pub(super) fn polynomial(
     Ok((curve, field))
 }
 
-/// Work of making a curve, relative to that of its legs: of subspaces the bases are found.
+/// Work of making a curve, relative to its legs: for subspaces the bases have to be found.
 pub(super) fn bases(quotient: Quotient) -> f64 {
     match quotient {
         Quotient::Frames => 1.0,
@@ -73,8 +73,8 @@ pub(super) fn bases(quotient: Quotient) -> f64 {
     }
 }
 
-/// The polynomial of embedded control points next to those of a search in the real frames, whose steps are off by round-off
-/// over the curvature of the cost. The cost, at a minimum, stays to second order.
+/// The polynomial of embedded control points nearest to those that a search in the real frames found, whose steps are
+/// off by round-off over the curvature of the cost. At a minimum this changes the cost to second order only.
 fn embedded(curve: &GeometricPolynomial) -> Result<GeometricPolynomial> {
     let points = curve.control_points();
     let points = points.iter().map(|point| nearest_embedded(point.as_ref()));
@@ -88,30 +88,34 @@ fn embedded(curve: &GeometricPolynomial) -> Result<GeometricPolynomial> {
 /// Parameters
 /// ----------
 /// P : array_like, shape (degree + 1, n, k)
-///     Control points with orthonormal columns, two or more. The curve starts in the first and ends in the last, with
-///     ``degree`` times the velocities of the first and the last piece between them.
+///     At least two control points with orthonormal columns. The curve starts at the first and ends at the last; its
+///     end velocities are ``degree`` times the velocities of the first and the last piece between control points.
 /// pieces : "quasi_geodesic" or "geodesic", default "quasi_geodesic"
-///     Quasi-geodesics are in closed form; geodesics (canonical metric) take a logarithm for every stage of every
-///     point, and derivatives a linear system. On a :class:`Grassmann` the two are the same.
+///     Curves between control points. Quasi-geodesics have a closed form; geodesics (canonical metric) need a logarithm
+///     for every stage of every evaluated point, and a linear system for derivatives. On a :class:`Grassmann` the two
+///     are the same.
 /// manifold : Stiefel or Grassmann, optional
-///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-///     whichever, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the first given one on.
+///     Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+///     are arbitrary bases of subspaces, and the curve consists of bases that start at the first given one and turn as
+///     little as possible, ``Y^T Y' = 0``.
 /// project : bool, default False
-///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+///     their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+///     single precision are always projected.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal (with the measured defect).
+///     Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
 /// OutsideDomainError
-///     Consecutive points that cannot be joined, or intermediate points that reach an angle of pi inside of the
-///     interval, where the curve would jump; with geodesics, consecutive points that are not within the injectivity
-///     radius; consecutive subspaces with a principal angle of pi/2. Carries ``angle``, or the distance.
+///     Consecutive points cannot be joined, or intermediate points reach an angle of pi inside the interval, where the
+///     curve would jump; with geodesics, consecutive points are not within the injectivity radius; consecutive
+///     subspaces have a principal angle of pi/2. Carries ``angle``, or the distance.
 ///
 /// Notes
 /// -----
-/// Krakowski, Machado, Silva Leite, Batista (2017); with geodesics Park, Ravani (1995). Work is done in ``min(n, (degree + 1) k)`` dimensions.
+/// Krakowski, Machado, Silva Leite, Batista (2017); with geodesics Park, Ravani (1995). Computations take place in
+/// ``min(n, (degree + 1) k)`` dimensions.
 ///
 /// Examples
 /// --------
@@ -144,13 +148,13 @@ impl PyGeometricPolynomial {
         Self::wrap(P.py(), curve, field, None)
     }
 
-    /// What the curve is made of: "quasi_geodesic" or "geodesic".
+    /// Kind of the pieces: "quasi_geodesic" or "geodesic".
     #[getter]
     fn pieces(&self) -> &'static str {
         self.curve.pieces()
     }
 
-    /// The control points, shape (degree + 1, n, k).
+    /// Control points, shape (degree + 1, n, k).
     #[getter]
     fn control_points(slf: &Bound<'_, Self>) -> PyResult<Numbers> {
         let points = slf.get().curve.control_points();
@@ -158,7 +162,7 @@ impl PyGeometricPolynomial {
         field.numbers(Array::stacked(&[points.len()], &points, points[0].shape()))
     }
 
-    /// One less than the number of control points.
+    /// Degree: the number of control points minus one.
     #[getter]
     fn degree(&self) -> usize {
         self.curve.degree()
@@ -172,15 +176,15 @@ impl PyGeometricPolynomial {
         ))
     }
 
-    /// How the search for control points of minimal cost ended; None for curves that were not searched.
+    /// Outcome of the search for control points of minimal cost; None for other curves.
     ///
-    /// Its residual is the norm of the part of the acceleration that moves of the control points change to first order.
+    /// The residual is the norm of the part of the acceleration that changes to first order with the control points.
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
         self.report.map(PySolverReport::from)
     }
 
-    /// The curve of a given degree with given end points and end velocities whose cost is least.
+    /// Return a curve of minimal cost among those of a given degree with given end points and end velocities.
     ///
     /// Parameters
     /// ----------
@@ -189,33 +193,33 @@ impl PyGeometricPolynomial {
     /// S1, V1 : array_like, shape (n, k)
     ///     Final point and velocity, at ``t = 1``.
     /// degree : int, default 5
-    ///     From 3 (the geometric cubic, nothing is free) to 10. Higher degrees come closer to the Riemannian cubic, by
-    ///     about a factor of ten each, and take longer to build and to evaluate.
+    ///     From 3 (the geometric cubic, which has no free control point) to 10. Each additional degree reduces the
+    ///     distance to the Riemannian cubic about tenfold, and increases the time to construct and evaluate the curve.
     /// project : bool, default False
     ///     As for the class.
     ///
     /// Returns
     /// -------
     /// GeometricPolynomial
-    ///     ``cost()`` is a local minimum, to 1e-12 relative; ``report`` says how the search ended.
+    ///     Its cost is a local minimum, to 1e-12 relative; ``report`` has the outcome of the search.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect); a degree out of range; an end
-    ///     velocity too long to be met; more than 2000 free numbers.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect); a
+    ///     degree out of range; an end velocity too long for the construction; more than 2000 unknowns.
     /// OutsideDomainError
-    ///     Control points that cannot be joined, or a curve that would jump; carries ``angle``.
+    ///     Control points cannot be joined, or the curve would jump; carries ``angle``.
     /// ConvergenceError
     ///     The search found no minimum; carries ``report``.
     ///
     /// Notes
     /// -----
-    /// Gauss-Newton iteration on the inner control points, from those of the geometric cubic. It is a local minimum:
-    /// other starting points may lead to other curves.
+    /// Gauss-Newton iteration on the inner control points, started from those of the geometric cubic. The result is a
+    /// local minimum: other starting points may lead to other curves.
     ///
-    /// The search may take longer than the exact cubic does, ``RiemannianCubic.from_boundary``, whose points are quick
-    /// too: this is for where a curve in closed form is wanted.
+    /// The search may take longer than ``RiemannianCubic.from_boundary``, which solves for the exact cubic and is fast
+    /// to evaluate too. Use this if a curve in closed form is needed.
     ///
     /// Examples
     /// --------
@@ -263,29 +267,31 @@ impl PyGeometricPolynomial {
         Py::new(S0.py(), curve)
     }
 
-    /// The curve of degree five with given end points, end velocities and covariant end accelerations, in closed form.
+    /// Return the curve of degree five with given end points, velocities and covariant accelerations.
+    ///
+    /// The construction is in closed form.
     ///
     /// Parameters
     /// ----------
     /// S0, V0, A0 : array_like, shape (n, k)
     ///     Initial point, velocity and covariant acceleration.
     /// S1, V1, A1 : array_like, shape (n, k)
-    ///     The same at ``t = 1``.
+    ///     Final point, velocity and covariant acceleration, at ``t = 1``.
     /// project : bool, default False
     ///     As for the class.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect); an end velocity or acceleration
-    ///     too long to be met.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect); an
+    ///     end velocity or acceleration too long for the construction.
     /// OutsideDomainError
-    ///     Inner control points that cannot be joined, or a curve that would jump; carries ``angle``.
+    ///     Inner control points cannot be joined, or the curve would jump; carries ``angle``.
     ///
     /// Notes
     /// -----
-    /// Meets its data to round-off. With the accelerations of a Riemannian cubic it is near that cubic; curves that
-    /// share an end acceleration join with continuous acceleration.
+    /// The curve meets its data to round-off. With the end accelerations of a Riemannian cubic it is close to that
+    /// cubic. Curves that share an end point, velocity and acceleration join with continuous acceleration.
     ///
     /// Examples
     /// --------
@@ -316,7 +322,7 @@ impl PyGeometricPolynomial {
         Py::new(S0.py(), Self::wrap(S0.py(), Arc::new(curve), field, None)?)
     }
 
-    /// For files and pickles: all numbers of the curve.
+    /// All numbers of the curve, for files and pickles.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         Self::stored(slf, GeometricPolynomial::KIND)
     }
@@ -333,7 +339,7 @@ impl PyGeometricPolynomial {
         wrap(py, inner, field, PyGeometricPolynomial { curve, report })
     }
 
-    /// The stored form of a kind.
+    /// The stored form of a kind of curve.
     pub(super) fn stored<'py>(
         slf: &Bound<'py, Self>,
         kind: &'static str,

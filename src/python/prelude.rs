@@ -1,4 +1,4 @@
-//! What most files of the binding use: the crate's results, arrays in and out, errors, and calls into the core.
+//! Imports of most files of the binding: the crate's results, arrays in and out, errors, and calls into the core.
 
 pub(super) use std::sync::Arc;
 

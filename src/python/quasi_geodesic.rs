@@ -10,19 +10,20 @@ use crate::manifold::QuasiGeodesic;
 /// Parameters
 /// ----------
 /// S0, S1 : array_like, shape (n, k)
-///     Points with orthonormal columns; ``beta(0) = S0``, ``beta(1) = S1``. The principal branch, whose normal part
-///     ``|K|`` is the shortest; another branch may be shorter in all, by a smaller ``Omega``. Almost every two points are
-///     joined.
+///     Points with orthonormal columns; ``beta(0) = S0``, ``beta(1) = S1``. The curve is the principal branch, whose
+///     normal part ``|K|`` is minimal; another branch may be shorter in total because its ``Omega`` is smaller. Almost
+///     all pairs of points are joined.
 /// project : bool, default False
-///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+///     their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+///     single precision are always projected.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal (with the measured defect).
+///     Wrong shape, non-finite entries, points not orthonormal (with the measured defect).
 /// OutsideDomainError
-///     Antipodal points, a relative rotation by pi, different components of O(n); carries ``angle``.
+///     Antipodal points, a relative rotation by pi, or different components of O(n); carries ``angle``.
 ///
 /// Notes
 /// -----
@@ -45,12 +46,12 @@ impl PyQuasiGeodesic {
         Self::made(named![S0, S1], project, QuasiGeodesic::between)
     }
 
-    /// The quasi-geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
+    /// Return the quasi-geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect).
     #[staticmethod]
     #[pyo3(signature = (S, V, *, project=false))]
     fn from_velocity(S: &Any, V: &Any, project: bool) -> PyResult<Py<Self>> {

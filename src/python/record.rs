@@ -1,9 +1,9 @@
-//! `__repr__` and `__reduce__` of classes that consist of their fields.
+//! `__repr__` and `__reduce__` of classes that only consist of fields.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
-/// Both methods for a class with its fields: `record! { PyReport, converged, residual }`.
+/// Defines both methods for a class with the given fields: `record! { PyReport, converged, residual }`.
 macro_rules! record {
     ($class:ty, $($field:ident),+) => {
         #[pymethods]
@@ -31,7 +31,7 @@ pub fn repr(record: &Bound<'_, PyAny>, fields: &[&str]) -> PyResult<String> {
     Ok(format!("{name}({})", words.join(", ")))
 }
 
-/// What `__reduce__` returns.
+/// Return value of `__reduce__`.
 pub type Reduced<'py> = (Bound<'py, PyType>, Bound<'py, PyTuple>);
 
 /// The class and its arguments, for pickle and copy.

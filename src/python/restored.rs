@@ -1,4 +1,4 @@
-//! The curves of stored forms.
+//! Curves from their stored forms.
 
 use super::geodesic::PyGeodesic;
 use super::geometric_cubic;
@@ -13,7 +13,7 @@ use crate::curve::{GeometricCubic, GeometricPolynomial};
 use crate::manifold::{Geodesic, QuasiGeodesic};
 use crate::stored::{Stored, refusal};
 
-/// The curve of a stored form: for files and pickles.
+/// Restore the curve of a stored form, for files and pickles.
 #[pyfunction]
 pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
     let py = form.py();
@@ -36,6 +36,6 @@ pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
         PyCubicHermite::NAME => PyCubicHermite::restored(py, form),
         PyCubicSpline::NAME => PyCubicSpline::restored(py, form),
         PySmoothingSpline::NAME => PySmoothingSpline::restored(py, form),
-        kind => Err(refusal(format!("of an unknown kind, '{kind}'")).into()),
+        kind => Err(refusal(format!("unknown kind '{kind}'")).into()),
     }
 }

@@ -11,14 +11,14 @@ use crate::space::Quotient;
 
 /// Riemannian cubic: a critical curve of the integral of the squared covariant acceleration.
 ///
-/// Made by :meth:`from_initial` or :meth:`from_boundary`; it cannot be constructed directly.
+/// Constructed by :meth:`from_initial` or :meth:`from_boundary`; the class cannot be called.
 ///
 /// Notes
 /// -----
-/// Solves ``D_t^3 S' + R(D_t S', S') S' = tension D_t S'`` (canonical metric) on any St(n, k), without charts, by a Taylor method of
-/// order 20 in ``min(n, 4 k)`` dimensions, to round-off. Pieces of a :class:`CubicSpline` may instead be one polynomial
-/// about the middle of the piece, of an order that depends on how fast it turns. Outside of ``t_span`` the curve is
-/// integrated on, for each call anew: :meth:`restricted` gives a curve that keeps it.
+/// Solves ``D_t^3 S' + R(D_t S', S') S' = tension D_t S'`` (canonical metric) on any St(n, k), without charts, by a
+/// Taylor method of order 20 in ``min(n, 4 k)`` dimensions, to round-off. A piece of a :class:`CubicSpline` may instead
+/// be a single polynomial about its midpoint, whose order depends on how fast the piece turns. Outside ``t_span`` each
+/// call integrates the curve anew; :meth:`restricted` returns a curve that stores the longer integration.
 ///
 /// Noakes, Heinzinger, Paden (1989); Crouch, Silva Leite (1995); Silva Leite, Camarinha, Crouch (2000) for tension.
 ///
@@ -51,40 +51,42 @@ impl PyRiemannianCubic {
         _kwargs: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyClassInitializer<Self>> {
         Err(PyTypeError::new_err(
-            "RiemannianCubic is made by RiemannianCubic.from_initial(S, V, A, J) or \
+            "RiemannianCubic cannot be constructed directly; use RiemannianCubic.from_initial(S, V, A, J) or \
              RiemannianCubic.from_boundary(S0, V0, S1, V1)",
         ))
     }
 
-    /// The Riemannian cubic with given initial data.
+    /// Return the Riemannian cubic with given initial data.
     ///
     /// Parameters
     /// ----------
     /// S, V, A, J : array_like, shape (n, k)
     ///     Point, velocity, covariant acceleration and covariant jerk at ``t = 0``.
     /// t_end : float, default 1.0
-    ///     The curve is made for the times between 0 and this one, which may be negative.
+    ///     End of ``t_span``, which starts at 0; may be negative.
     /// tol : float, default 1e-17
-    ///     What a step leaves out, relative to the state, between 1e-17 (round-off) and 0.1. Points are orthonormal to
-    ///     about ``tol`` too, and no better.
+    ///     Local error of a step, relative to the state, between 1e-17 (round-off) and 0.1. The orthonormality defect
+    ///     of points is about ``tol`` too.
     /// tension : float, default 0.0
-    ///     The curve makes the integral of ``|A|^2 + tension |V|^2`` stationary; not negative, in units of ``1 / t^2``.
+    ///     Weight of the squared velocity: the integral of ``|A|^2 + tension |V|^2`` is stationary. At least 0, in
+    ///     units of ``1 / t^2``.
     /// manifold : Stiefel or Grassmann, optional
-    ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-    ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-    ///     first given one on.
+    ///     Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the
+    ///     points are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of
+    ///     bases that start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
     /// project : bool, default False
-    ///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-    ///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+    ///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors
+    ///     by their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5;
+    ///     arrays in single precision are always projected.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), ``t_end`` zero, ``tol`` or
-    ///     ``tension`` out of range.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect),
+    ///     ``t_end`` zero, ``tol`` or ``tension`` out of range.
     /// ConvergenceError
-    ///     More steps than 100000, or than fit into a gigabyte: ``t_end`` is too large for the speed. Carries
-    ///     ``report``; its residual is the time that was left.
+    ///     The integration needs more than 100000 steps, or more than fit into one gigabyte: ``t_end`` is too large for
+    ///     the speed. Carries ``report``, whose residual is the remaining time.
     #[staticmethod]
     #[pyo3(signature = (S, V, A, J, t_end=1.0, *, tol=1e-17, tension=0.0, manifold=None, project=false))]
     fn from_initial(
@@ -115,75 +117,80 @@ impl PyRiemannianCubic {
         Self::wrapped(S.py(), curve, field)
     }
 
-    /// A Riemannian cubic on ``[0, 1]`` with given end points and end velocities.
+    /// Return a Riemannian cubic on ``[0, 1]`` with given end points and end velocities.
     ///
     /// Parameters
     /// ----------
     /// S0, V0 : array_like, shape (n, k)
     ///     Initial point and velocity.
     /// S1, V1 : array_like, shape (n, k)
-    ///     Final point and velocity. Data with defects up to 1e-9, rounded decimals for example, stand for the nearest exact
-    ///     ones.
+    ///     Final point and velocity. Data with defects up to 1e-9, such as rounded decimals, are replaced by the
+    ///     nearest exact ones.
     /// tol : float, default 1e-12
-    ///     The largest distance of the end point and end velocity from ``S1`` and ``V1``, Frobenius norm of both
-    ///     together. Where an end speed exceeds 10 the velocity counts relative to the larger end speed; ``32 eps`` times that
-    ///     speed, about 1e-12 for 140 and never more than 1e-9, is the least tolerance (``report.tolerance``).
+    ///     Largest error of end point and end velocity, as the Frobenius norm of both together. If an end speed exceeds
+    ///     10, the velocity error is relative to the larger end speed. The tolerance is at least ``32 eps`` times that
+    ///     speed (about 1e-12 at speed 140), but this bound never exceeds 1e-9; ``report.tolerance`` is the tolerance
+    ///     used.
     /// max_iterations : int, default 50
-    ///     Newton steps from the first start, and from any other, at most; steps of descents, up to 300 of each, have the
-    ///     limit of work only. With 12 or fewer a first start that runs out of them ends the search. More than 50 raise the
-    ///     limit of work, about two seconds, in proportion.
+    ///     Largest number of Newton steps from each starting point. Descent steps, up to 300 per descent, are bounded
+    ///     by the work limit only. If this is 12 or less and the first start uses all steps, the search ends. More than
+    ///     50 raise the work limit, about two seconds, in proportion.
     /// guess : pair (A, J) of array_like, optional
-    ///     Covariant acceleration and covariant jerk at ``S0`` to start from, shape (n, k) each; by default those of the
-    ///     cubic of flat space. On a :class:`Grassmann` they are horizontal at ``S0``.
+    ///     Covariant acceleration and covariant jerk at ``S0``, shape (n, k) each, from which Newton's method starts;
+    ///     by default those of the cubic in flat space. On a :class:`Grassmann` they are horizontal at ``S0``.
     /// tension : float, default 0.0
-    ///     The curve makes the integral of ``|A|^2 + tension |V|^2`` stationary, its :meth:`Curve.cost`: a cubic for 0, near a
-    ///     geodesic but for both ends where it is large. At most 64: what is off at the start grows along the curve as
-    ///     ``exp(sqrt(tension) t)``.
+    ///     Weight of the squared velocity: the integral of ``|A|^2 + tension |V|^2``, which is :meth:`Curve.cost`, is
+    ///     stationary. 0 gives a cubic; for large values the curve is close to a geodesic except near its ends. Between
+    ///     0 and 64: an error at the start grows along the curve as ``exp(sqrt(tension) t)``.
     /// all_found : bool, default False
-    ///     Look for more solutions and return all that are found: by Newton's method from the cubic of flat space (or the
-    ///     guess), by descents from there and from cubics of flat space that make one or two full turns more, and along
-    ///     families of boundary data from curves that make a full turn more. On a :class:`Grassmann` by the same
-    ///     descents, whose cubics of flat space turn a principal direction by pi or 2 pi more, and by Newton's method from random
-    ///     initial data; with real lines (``k = 1``) on the sphere, to both unit vectors of the last line.
+    ///     If True, search for further solutions and return all that are found: by Newton's method from the cubic in
+    ///     flat space (or the guess), by descents from it and from cubics in flat space with one or two extra full
+    ///     turns, and by continuation in the boundary data from curves with an extra full turn. On a
+    ///     :class:`Grassmann`, by the same descents, where the cubics in flat space turn a principal direction by an
+    ///     extra pi or 2 pi, and by Newton's method from random initial data; for real lines (``k = 1``) on the sphere,
+    ///     with both unit vectors of the last line as end points.
     /// manifold : Stiefel or Grassmann, optional
-    ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-    ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-    ///     first given one on.
+    ///     Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the
+    ///     points are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of
+    ///     bases that start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
     /// project : bool, default False
-    ///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-    ///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+    ///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors
+    ///     by their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5;
+    ///     arrays in single precision are always projected.
     ///
     /// Returns
     /// -------
     /// RiemannianCubic, or list of RiemannianCubic
-    ///     With ``all_found`` a list, the cheapest first (:meth:`Curve.cost`). There may be others: on the sphere there
-    ///     are infinitely many.
+    ///     With ``all_found`` a list, sorted by increasing :meth:`Curve.cost`. It need not be complete: on the sphere
+    ///     there are infinitely many solutions.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), ``tol`` not between 1e-15 and 0.1,
-    ///     ``max_iterations`` less than 1, ``tension`` not between 0 and 64.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect),
+    ///     ``tol`` not between 1e-15 and 0.1, ``max_iterations`` less than 1, ``tension`` not between 0 and 64.
     /// OutsideDomainError
-    ///     Points in different components of O(n); carries ``angle``.
+    ///     The points lie in different components of O(n); carries ``angle``.
     /// ConvergenceError
-    ///     No solution to ``tol`` is found, or the curve takes more Taylor steps than are allowed: the data, or a guess,
-    ///     are too fast. Carries ``report``; its residual is what the end is off, or the time that was left.
+    ///     No solution to ``tol`` was found, or the curve needs more Taylor steps than are allowed because the data or
+    ///     the guess are too fast. Carries ``report``, whose residual is the error at the end, or the remaining time.
     ///
     /// Notes
     /// -----
-    /// Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts from the
-    /// cubic of flat space, or from the guess. If displacement and speeds are at most 2, its solution is returned. Otherwise
-    /// (and without a guess) a chain of cubics descends to a curve of least cost: from a curve that rolls evenly from one
-    /// velocity to the other, for end speeds up to 16 also from the cubic of flat space, and from the de Casteljau curve where
-    /// more than one quasi-geodesic joins the points. The cheapest is returned. Where that would take more work than a problem
-    /// may (dimensions from 57 on, as of St(15,5), SO(12) and complex St(10,4)) it is the solution from the cubic of flat space,
-    /// and not known to be the cheapest. Compare solutions by :meth:`Curve.cost`.
+    /// Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts
+    /// from the cubic in flat space, or from the guess. If displacement and speeds are at most 2, its solution is
+    /// returned. Otherwise, unless a guess is given, chains of cubics descend to local minima of the cost: from a curve
+    /// that rolls evenly from one velocity to the other; for end speeds up to 16 also from the cubic in flat space; and
+    /// from the de Casteljau curve if more than one quasi-geodesic joins the points. The solution of least cost is
+    /// returned. If the descents would exceed the work limit (dimension 57 or more, as for St(15,5), SO(12) and complex
+    /// St(10,4)), the solution from the cubic in flat space is returned, which need not have the least cost. Compare
+    /// solutions by :meth:`Curve.cost`.
     ///
-    /// Opposite points, or nearly so, with end speeds below 1e-5 may be refused: their solutions are nearly a whole family
-    /// (seen on St(3,1), St(4,1) and most on St(6,3), not on St(3,2) and St(4,2)).
+    /// Antipodal points, or nearly antipodal ones, with end speeds below 1e-5 may be refused, because the solutions
+    /// nearly form a continuous family (observed on St(3,1), St(4,1) and for most data on St(6,3), not on St(3,2) and
+    /// St(4,2)).
     ///
-    /// A problem is given up after the work of about two seconds. Ctrl-C ends the search at once.
+    /// The search stops at a work limit of about two seconds. Ctrl-C stops it at once.
     #[staticmethod]
     #[pyo3(signature = (
         S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, tension=0.0, all_found=false, manifold=None,
@@ -210,7 +217,7 @@ impl PyRiemannianCubic {
         let (ends, guess) = match &guess {
             None => (points.matrices(field, arguments)?, None),
             Some([A, J]) => {
-                // The guess is made of vectors at the first point.
+                // The guess consists of tangent vectors at the first point.
                 let data = points.matrices(field, named![S1, V1, S0, V0, A, J])?;
                 let [s1, v1, s0, v0, a, j] = data;
                 ([s0, v0, s1, v1], Some([a, j]))
@@ -264,32 +271,32 @@ impl PyRiemannianCubic {
         }
     }
 
-    /// How the boundary value problem was solved; None for a curve from initial data.
+    /// Outcome of the boundary value solver; None for a curve from initial data.
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
         self.curve.report().copied().map(PySolverReport::from)
     }
 
-    /// Point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``, each of shape (n, k).
+    /// Point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``, shape (n, k) each.
     #[getter]
     fn initial(&self, py: Python<'_>) -> PyResult<Four> {
         let initial = self.run(py, 1.0, |curve, _| curve.initial())?;
         self.field.four(initial, [])
     }
 
-    /// The tension: 0 for a cubic.
+    /// Weight of the squared velocity; 0 for a cubic.
     #[getter]
     fn tension(&self) -> f64 {
         self.curve.tension()
     }
 
-    /// The conserved energy ``|D_t S'|^2 / 2 - <D_t D_t S', S'> + tension |S'|^2 / 2``.
+    /// Conserved energy ``|D_t S'|^2 / 2 - <D_t D_t S', S'> + tension |S'|^2 / 2``.
     #[getter]
     fn energy(&self) -> PyResult<f64> {
         Ok(self.field.squared(self.curve.energy()?))
     }
 
-    /// The conserved spatial momentum, a skew matrix of shape (n, n); for ``n`` up to 16384.
+    /// Conserved spatial momentum, a skew-symmetric matrix of shape (n, n); for ``n`` up to 16384.
     #[getter]
     fn momentum(&self, py: Python<'_>) -> PyResult<Numbers> {
         let rows = self.curve.n() as f64;
@@ -297,21 +304,22 @@ impl PyRiemannianCubic {
         self.field.number_matrix(momentum)
     }
 
-    /// Number of polynomials that the curve consists of: the steps of its integration, or 1 for a piece of a spline that
-    /// was solved without integration.
+    /// Number of polynomials in the curve.
+    ///
+    /// The number of integration steps, or 1 for a piece of a spline that was solved without integration.
     #[getter]
     fn steps(&self) -> usize {
         self.curve.steps()
     }
 
-    /// The same curve made for ``[start, end]``: a part of ``t_span``, or more.
+    /// Return the same curve on ``[start, end]``, which may extend beyond ``t_span``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     ``start >= end``, not finite.
+    ///     ``start >= end``, or not finite.
     /// ConvergenceError
-    ///     The curve cannot be integrated on so far; carries ``report``.
+    ///     The curve cannot be integrated that far; carries ``report``.
     fn restricted(&self, py: Python<'_>, start: f64, end: f64) -> PyResult<Py<Self>> {
         let part = self.run(py, SOLVES, move |curve, stop| {
             curve.restricted(start, end, stop)
@@ -319,17 +327,17 @@ impl PyRiemannianCubic {
         Self::wrapped(py, part, self.field)
     }
 
-    /// The same points at other times: ``t_span`` becomes ``[start, end]``.
+    /// Return the curve with its parameter transformed linearly so that ``t_span`` becomes ``[start, end]``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     ``start >= end``, not finite, or so near or far that speeds leave the range of numbers.
+    ///     ``start >= end``, not finite, or so close or far apart that speeds overflow or underflow.
     fn reparametrised(&self, py: Python<'_>, start: f64, end: f64) -> PyResult<Py<Self>> {
         Self::wrapped(py, self.curve.reparametrised(start, end)?, self.field)
     }
 
-    /// The curve run backwards over the same interval.
+    /// Return the curve run backwards over the same interval.
     fn reversed(&self, py: Python<'_>) -> PyResult<Py<Self>> {
         Self::wrapped(py, self.curve.reversed(), self.field)
     }
@@ -359,7 +367,7 @@ impl PyRiemannianCubic {
         Py::new(py, wrap(py, inner, field, class)?)
     }
 
-    /// Runs `work` on the curve; each number of a point is `weight` times the work of an exponential.
+    /// Runs `work` on the curve; each number of a point costs `weight` times the work of an exponential.
     pub(super) fn run<T: Send + 'static>(
         &self,
         py: Python<'_>,
@@ -372,7 +380,7 @@ impl PyRiemannianCubic {
     }
 }
 
-/// A pair of matrices to start from.
+/// Reads a pair of matrices to start from.
 fn pair_of_guess<'py>(pair: &Any<'py>) -> PyResult<[Any<'py>; 2]> {
     match two(pair)? {
         Ok(pair) => Ok(pair),

@@ -1,4 +1,4 @@
-//! Curves of rotations in unit quaternions, which Python's splines of rotations and poses are made of.
+//! Curves of rotations as unit quaternions, on which Python's splines of rotations and poses are built.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use pyo3::sync::PyOnceLock;
@@ -11,34 +11,34 @@ use super::spline::PyCubicSpline;
 use crate::rotation::{RotationSpline, frame, tangent};
 use crate::spline::SplineOptions;
 
-/// Curve of rotations in unit quaternions: the form in which :class:`RotationSpline` evaluates.
+/// Curve of rotations as unit quaternions: the form that :class:`RotationSpline` evaluates.
 ///
 /// Parameters
 /// ----------
 /// t : array_like, shape (N,)
-///     Times, increasing, two or more, in seconds.
+///     At least two increasing times, in seconds.
 /// quaternions : array_like, shape (N, 4)
-///     Rotations as quaternions, scalar last, of any length but zero.
+///     Rotations as quaternions, scalar last, of any nonzero length.
 /// bc_type : str or pair, default "natural"
-///     ``"natural"``, ``"clamped"``, ``"periodic"`` or a pair of ends, each ``"natural"``, ``"clamped"``, ``(1, w)`` with a body rate
-///     in rad/s or ``(2, a)`` with its derivative in rad/s^2, of shape (3,).
+///     ``"natural"``, ``"clamped"``, ``"periodic"`` or a pair of end conditions, each ``"natural"``, ``"clamped"``,
+///     ``(1, w)`` with a body rate in rad/s or ``(2, a)`` with its derivative in rad/s^2, of shape (3,).
 /// tol : float, default 1e-12
-///     As of :class:`CubicSpline`.
+///     As for :class:`CubicSpline`.
 /// max_iterations : int, default 200
-///     As of :class:`CubicSpline`.
+///     As for :class:`CubicSpline`.
 /// tension : float, default 0.0
-///     As of :class:`CubicSpline`, in 1/s^2.
+///     As for :class:`CubicSpline`, in 1/s^2.
 /// num_threads : int, optional
-///     Threads; by default those of the global pool.
+///     Number of threads; by default the size of the global pool.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shapes that do not match, not finite, a quaternion of length zero, times that do not increase.
+///     Mismatched shapes, non-finite entries, a quaternion of length zero, times that do not increase.
 /// OutsideDomainError
-///     Neighbours half a turn apart; carries ``knot``, the first of the two, and ``angle``.
+///     Two consecutive rotations are half a turn apart; carries ``knot``, the index of the first, and ``angle``.
 /// ConvergenceError
-///     No spline is found; carries ``report``.
+///     No spline was found; carries ``report``.
 ///
 /// Examples
 /// --------
@@ -52,24 +52,24 @@ use crate::spline::SplineOptions;
 #[pyclass(name = "RotationCurve", module = "stiefel_rs._core", frozen)]
 pub struct PyRotationCurve {
     spline: Arc<RotationSpline>,
-    /// The times of the keyframes in seconds; read-only, shape (N,).
+    /// Times of the keyframes in seconds; read-only, shape (N,).
     #[pyo3(get)]
     t: Owned,
-    /// What it was solved from; none of a curve that was there.
+    /// Data that it was solved from; `None` if made from an existing curve.
     given: Option<Given>,
     curve: PyOnceLock<Py<PyAny>>,
 }
 
-/// What a spline is solved from, and how.
+/// Data and options of a solve.
 struct Given {
     quaternions: Owned,
-    /// As it is given, and for matrices.
+    /// As given, and for matrices.
     bc_type: Py<PyAny>,
     bc_type_of_frames: Py<PyAny>,
     how: How,
 }
 
-/// How a spline is solved.
+/// Options of a solve.
 #[derive(Clone, Copy)]
 struct How {
     tolerance: f64,
@@ -116,24 +116,24 @@ impl PyRotationCurve {
         Self::solved(t, quaternions, &bc_type, how, num_threads)
     }
 
-    /// The quaternion form of a curve of Riemannian cubics on ``St(3, 3)``.
+    /// Convert a curve of Riemannian cubics on ``St(3, 3)`` to quaternion form.
     ///
     /// Parameters
     /// ----------
     /// curve : CubicSpline, CubicHermite or SmoothingSpline
-    ///     Of ``kind="riemannian"``, of rotation matrices.
+    ///     A curve of rotation matrices with ``kind="riemannian"``.
     /// start : array_like, shape (4,), optional
-    ///     A quaternion near that of the first knot, scalar last: the sign there is that of `start`.
+    ///     Quaternion near the rotation at the first knot, scalar last: fixes the sign of the quaternions.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     A curve of another kind or on another manifold, or one of reflections.
+    ///     The curve is of another kind or on another manifold, or its matrices have determinant -1.
     ///
     /// Returns
     /// -------
     /// RotationCurve
-    ///     Beyond its ends the end pieces go on, also where ``curve`` refuses such times.
+    ///     The end pieces are continued beyond the first and the last knot, even if ``curve`` raises for such times.
     #[staticmethod]
     #[pyo3(signature = (curve, start=None))]
     fn of_curve(curve: &Bound<'_, PyPiecewiseCurve>, start: Option<&Any>) -> PyResult<Self> {
@@ -156,23 +156,23 @@ impl PyRotationCurve {
         let start = start.transpose()?;
         let spline = RotationSpline::of_curve(Arc::new(continued), start.as_ref(), this.report)?;
         let known = PyOnceLock::new();
-        // Just made, so it is empty.
+        // The cell was just made and is empty.
         let _ = known.set(py, curve.clone().into_any().unbind());
         Self::of(py, spline, None, known)
     }
 
-    /// Many curves at once, on several threads.
+    /// Construct many curves at once, on several threads.
     ///
     /// Parameters
     /// ----------
     /// t : array_like, shape (N,) or (M, N)
-    ///     Times in seconds, of all curves or of each.
+    ///     Times in seconds, shared by all curves or one row per curve.
     /// quaternions : array_like, shape (M, N, 4)
     ///     Rotations as quaternions, scalar last.
     /// bc_type : str or pair, default "natural"
-    ///     As of the class, of every member.
+    ///     As for the class; the same for all curves.
     /// tol, max_iterations, tension, num_threads
-    ///     As of the class.
+    ///     As for the class.
     ///
     /// Returns
     /// -------
@@ -181,7 +181,7 @@ impl PyRotationCurve {
     /// Raises
     /// ------
     /// InvalidInputError, OutsideDomainError, ConvergenceError
-    ///     As of the class, of the first member that fails; names the member.
+    ///     As for the class, for the first curve that fails; the message names it.
     #[staticmethod]
     #[pyo3(signature = (
         t, quaternions, bc_type=BcType::default(), *, tol=1e-12, max_iterations=200, tension=0.0, num_threads=None
@@ -236,29 +236,29 @@ impl PyRotationCurve {
         splines.into_iter().zip(given).map(wrap).collect()
     }
 
-    /// Unit quaternions at times.
+    /// Evaluate unit quaternions at times.
     ///
     /// Parameters
     /// ----------
     /// t : array_like, shape (T,)
-    ///     Times in seconds; beyond the keyframes the end pieces go on.
+    ///     Times in seconds; the end pieces are continued beyond the keyframes.
     ///
     /// Returns
     /// -------
     /// ndarray, shape (T, 4)
-    ///     Scalar last, continuous in `t`; at the first keyframe the given one, made a unit quaternion.
+    ///     Scalar last, continuous in `t`; at the first keyframe equal to the given one, normalised.
     fn quaternions<'py>(&self, t: &Any<'py>) -> PyResult<Any<'py>> {
         self.sampled::<4>(t, |spline, t, out| spline.quaternions_into(t, out))
     }
 
-    /// Body rates at times, or derivatives of them.
+    /// Evaluate body rates at times, or their derivatives.
     ///
     /// Parameters
     /// ----------
     /// t : array_like, shape (T,)
-    ///     Times in seconds; beyond the keyframes the end pieces go on.
+    ///     Times in seconds; the end pieces are continued beyond the keyframes.
     /// order : int
-    ///     1, 2 or 3: the body rate ``w`` in rad/s, its derivative in rad/s^2, its second derivative in rad/s^3.
+    ///     1, 2 or 3: body rate in rad/s, its first derivative in rad/s^2, its second derivative in rad/s^3.
     ///
     /// Returns
     /// -------
@@ -273,7 +273,7 @@ impl PyRotationCurve {
         })
     }
 
-    /// For pickles: what the spline is solved from, or the curve that it is of and the quaternion that it starts from.
+    /// For pickle: the data that the spline was solved from, or the curve and the quaternion at its start.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Any<'py>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
         let class = slf.get_type();
@@ -294,7 +294,7 @@ impl PyRotationCurve {
         Ok((class.getattr("_solved")?, arguments))
     }
 
-    /// The same again, from a pickle.
+    /// Restores a pickled curve by solving again.
     #[staticmethod]
     fn _solved(
         t: &Any,
@@ -308,7 +308,7 @@ impl PyRotationCurve {
         Self::solved(t, quaternions, &bc_type, how, None)
     }
 
-    /// It never changes.
+    /// Immutable: a copy is the object itself.
     fn __copy__(slf: Py<Self>) -> Py<Self> {
         slf
     }
@@ -317,7 +317,7 @@ impl PyRotationCurve {
         slf
     }
 
-    /// How the spline was solved for.
+    /// Outcome of the solver.
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
         self.spline.report().copied().map(PySolverReport::from)
@@ -367,7 +367,7 @@ impl PyRotationCurve {
         })
     }
 
-    /// The spline on `St(3, 3)` as an object.
+    /// The spline on `St(3, 3)` as a Python object.
     fn on_frames(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let spline = &self.spline;
         let frames: Vec<_> = spline.keyframes().map(|q| frame(&q)).collect();
@@ -432,7 +432,7 @@ impl Given {
     }
 }
 
-/// Times, and whether all members share them or each has its own.
+/// Times, and whether all curves share them or each has a row.
 fn times_of_members(t: &Any, [members, knots]: [usize; 2]) -> PyResult<(Vec<f64>, bool)> {
     let axes = t.getattr("ndim").and_then(|ndim| ndim.extract::<usize>());
     if !matches!(axes, Ok(2)) {
@@ -443,7 +443,7 @@ fn times_of_members(t: &Any, [members, knots]: [usize; 2]) -> PyResult<(Vec<f64>
         return Err(unexpected("t", &tuple(&[members, knots]), &[rows, columns]));
     }
     if t.cast::<PyArrayDyn<f64>>().is_err() {
-        // For what their numbers are, row by row.
+        // Checks the types of the numbers, row by row.
         for row in t.try_iter()? {
             times(&row?)?;
         }
@@ -465,18 +465,18 @@ fn keyframes(shape: &[usize], entries: &[f64]) -> PyResult<Vec<UnitQuaternion<f6
                 "not finite"
             };
             return Err(at_knot(
-                invalid!("quaternions: the one at knot {knot} is {what}"),
+                invalid!("quaternions: the quaternion at knot {knot} is {what}"),
                 knot,
             ));
         }
-        // Of the largest entry first: squares may overflow or vanish.
+        // Scaled by the largest entry first: squares may overflow or underflow.
         let q = Quaternion::new(q[3], q[0], q[1], q[2]) / largest;
         Ok(UnitQuaternion::from_quaternion(q))
     };
     entries.chunks_exact(4).enumerate().map(unit).collect()
 }
 
-/// End conditions whose vectors are those of the body.
+/// End conditions whose vectors are in the body frame.
 fn ends(py: Python<'_>, bc_type: &BcType<'_>, rotations: &[UnitQuaternion<f64>]) -> PyResult<Ends> {
     bc_type.read_by(py, Field::Real, (3, 3), |end, object| {
         let ([size], w) = read_axes(object, "bc_type", "(3,)")?;

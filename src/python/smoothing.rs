@@ -9,60 +9,62 @@ use crate::curve::{Curve, Quantity};
 use crate::spline::{SmoothingOptions, smoothing_spline};
 use crate::stored::refusal;
 
-/// Spline near points rather than through them: closeness to data against cost.
+/// Smoothing spline: a curve near data points that trades distance to the data against cost.
 ///
-/// Makes ``sum_i weights[i] d(S(t[i]), S[i])^2 + lam J`` stationary, with the Riemannian distance ``d`` and the integral ``J`` of the
-/// squared covariant acceleration.
+/// Makes ``sum_i weights[i] d(S(t[i]), S[i])^2 + lam J`` stationary, where ``d`` is the Riemannian distance and ``J``
+/// the integral of the squared covariant acceleration.
 ///
 /// Parameters
 /// ----------
 /// t : array_like, shape (N,)
-///     Times in order; they may repeat.
+///     Nondecreasing times.
 /// S : array_like, shape (N, n, k)
-///     Data: points with orthonormal columns.
+///     Data points with orthonormal columns.
 /// weights : array_like, shape (N,), optional
-///     Positive; all 1 by default.
+///     Positive weights; by default 1.
 /// lam : float, optional
-///     Weight of the cost, 0 or more, in units of squared distance times the cube of a time; 0 is the natural spline through the
-///     data, ``inf`` geodesic regression. By default the one that generalised cross-validation finds, for three points or more.
+///     Weight of the cost, at least 0, in units of squared distance times the cube of time: 0 gives the natural spline
+///     through the data, ``inf`` geodesic regression. By default chosen by generalised cross-validation, which needs at
+///     least three points.
 /// extrapolate : bool, default False
-///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
+///     If True, the first and the last piece are continued outside ``[t[0], t[-1]]``; by default such times raise.
 /// tol : float, default 1e-11
-///     The largest distance by which a piece may miss its knot, jump of the covariant acceleration, and lack of balance at a
-///     knot, in the time of the piece.
+///     Largest distance between the end of a piece and its knot, jump of the covariant acceleration, and imbalance of
+///     the stationarity equations at a knot, with the duration of the piece as the unit of time.
 /// max_iterations : int, default 200
-///     Steps at the most. More than 200 raise the limit of work, about two seconds, in proportion.
+///     Largest number of steps. More than 200 raise the work limit, about two seconds, in proportion.
 /// num_threads : int, optional
-///     Threads; by default those of the global pool.
+///     Number of threads; by default the size of the global pool.
 /// manifold : Stiefel or Grassmann, optional
-///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-///     first given one on.
+///     Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+///     are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of bases that
+///     start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
 /// w : array_like, optional
-///     Another name of `weights`, which SciPy's functions have.
+///     Alias of `weights`, as in SciPy.
 /// project : bool, default False
-///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+///     their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+///     single precision are always projected.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shapes or numbers that do not match, not finite, times that fall, weights that are not positive, not orthonormal (with the
-///     measured defect). Names the knot, counted by distinct times, and carries it as ``knot``.
+///     Mismatched shapes or lengths, non-finite entries, decreasing times, weights that are not positive, points not
+///     orthonormal (with the measured defect). Names the knot, counted by distinct times; carries ``knot``.
 /// OutsideDomainError
-///     Neighbours that no curve joins; carries ``knot``, the first of the two, and ``angle``.
+///     No curve joins two consecutive points; carries ``knot``, the index of the first, and ``angle``.
 /// ConvergenceError
-///     No spline is found; carries ``report``.
+///     No spline was found; carries ``report``.
 /// TypeError
-///     Complex times, dates and durations.
+///     ``t`` is complex, or holds dates or durations.
 ///
 /// See Also
 /// --------
-/// CubicSpline : through the points.
+/// CubicSpline : curve through the points.
 ///
 /// Notes
 /// -----
-/// ``t`` are the distinct times, ``points`` the points of the curve there.
+/// The attribute ``t`` holds the distinct times, ``points`` the points of the curve at these times.
 ///
 /// Reinsch (1967) in flat space; Samir, Absil, Srivastava, Klassen (2012) on manifolds; Craven, Wahba (1979) for
 /// cross-validation.
@@ -78,20 +80,21 @@ use crate::stored::refusal;
 /// (True, True)
 #[pyclass(name = "SmoothingSpline", module = "stiefel_rs", extends = PyPiecewiseCurve, frozen, get_all)]
 pub struct PySmoothingSpline {
-    /// The weight of the cost, given or found.
+    /// Weight of the cost, as given or as found by cross-validation.
     lam: f64,
-    /// ``sum_i weights[i] d(S(t[i]), S[i])^2``.
+    /// Weighted sum of squared distances to the data, ``sum_i weights[i] d(S(t[i]), S[i])^2``.
     misfit: f64,
-    /// How many data the curve could follow, between 2 and their number: the trace of the influence matrix of the smoothing
-    /// spline in flat space.
+    /// Effective number of degrees of freedom, between 2 and the number of data.
+    ///
+    /// The trace of the influence matrix of the smoothing spline in flat space.
     degrees_of_freedom: f64,
 }
 
-/// The name of its three numbers in the stored form.
+/// Name of the three numbers in the stored form.
 const SMOOTHING: &str = "smoothing";
 
-/// What stands for an infinite `lam` there: stored numbers are finite, and from `1e100` on (in units of the mean step) the curve is
-/// the same to the last bit.
+/// Stands for an infinite `lam` in the stored form, whose numbers are finite: from `1e100` on (in units of the mean
+/// step) the curve is the same to the last bit.
 const INFINITE: f64 = f64::MAX;
 
 #[pymethods]
@@ -120,7 +123,7 @@ impl PySmoothingSpline {
         let data = Data::read(t, S, &points, field)?;
         let quotient = points.quotient;
         if weights.is_some() && w.is_some() {
-            let message = "weights: give them once, as weights or as w";
+            let message = "weights: pass either weights or w, not both";
             return Err(PyTypeError::new_err(message));
         }
         let weights = weights
@@ -163,7 +166,7 @@ impl PySmoothingSpline {
         }))
     }
 
-    /// For files and pickles: all numbers of the curve.
+    /// All numbers of the curve, for files and pickles.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, this) = (slf.py(), slf.get());
         let field = slf.as_super().as_super().get().field;

@@ -1,4 +1,4 @@
-//! What the classes of manifolds share: functions mapped over arrays of points and vectors, and random ones.
+//! Methods that the manifold classes share: functions mapped over arrays of points and vectors, and random ones.
 
 use super::array_namespace::Namespace;
 use super::batch::{Value, map_batch};
@@ -9,12 +9,12 @@ use crate::space::Quotient;
 
 /// A manifold whose points and tangent vectors are `n x k` matrices, real or complex.
 pub trait Space {
-    /// The manifold that the core computes on: of embedded matrices, where they are complex.
+    /// The manifold on which the core computes; complex matrices are embedded in real ones.
     type Core: Copy + Shared;
 
     fn core(&self) -> Self::Core;
 
-    /// Rows and columns of a point of the core.
+    /// Rows and columns of a point in the core.
     fn core_shape(&self) -> (usize, usize);
 
     fn field(&self) -> Field;
@@ -25,7 +25,7 @@ pub trait Space {
     /// The nearest points.
     fn nearest(&self, Y: &Any) -> PyResult<Numbers>;
 
-    /// The projection of matrices on tangent spaces.
+    /// The projection of matrices to tangent spaces.
     fn tangent_part(&self, S: &Any, Z: &Any) -> PyResult<Numbers>;
 
     /// Rows and columns of a point.
@@ -33,10 +33,10 @@ pub trait Space {
         self.field().own(self.core_shape())
     }
 
-    /// What the points of the core stand for.
+    /// What the points of the core represent.
     const QUOTIENT: Quotient;
 
-    /// Apply `member` to any matrices of the shape of points, which are not put on the manifold before.
+    /// Apply `member` to arbitrary matrices of the shape of points, without projecting them first.
     fn map_any<const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
@@ -52,7 +52,7 @@ pub trait Space {
         self.field().numbers(found)?.like(objects)
     }
 
-    /// Which members are, by `member`, given the tolerances of what is asked and of points it is asked at.
+    /// Which members satisfy `member`, given the tolerances of the tested array and of the points.
     fn are<const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
@@ -69,7 +69,7 @@ pub trait Space {
         Numbers::from(found).truths().like(objects)
     }
 
-    /// Error unless all members are, as [`Space::are`].
+    /// Error unless all members satisfy `member`, as in [`Space::are`].
     fn check<const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
@@ -85,7 +85,7 @@ pub trait Space {
         Ok(())
     }
 
-    /// Arrays, with a tolerance as it is given, and that of points; both by the precision of their numbers.
+    /// Arrays, with the given tolerance and the tolerance of points; defaults depend on the precision of their numbers.
     fn read_with_tolerance<const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
@@ -101,7 +101,7 @@ pub trait Space {
         Ok((batches, [atol.unwrap_or(tolerance), tolerance]))
     }
 
-    /// Apply `member` to points and tangent vectors, member by member; its values have shape `core`, as the core has them.
+    /// Apply `member` to points and tangent vectors, member by member; its values have shape `core`, as in the core.
     fn map<T: Value, const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
@@ -137,7 +137,7 @@ pub trait Space {
         self.field().numbers(found)?.like(objects)
     }
 
-    /// [`Space::map`] for numbers, of which `own` makes those of the field.
+    /// [`Space::map`] for numbers, which `own` converts from the core to the field.
     fn map_numbers<const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
@@ -151,7 +151,7 @@ pub trait Space {
         Numbers::from(found).like(objects)
     }
 
-    /// [`Space::map`] for arguments of any shapes; `weight` is the work of a number of theirs.
+    /// [`Space::map`] for arguments of any shapes; `weight` is the work per number.
     fn map_shapes<T: Value, const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
@@ -182,7 +182,7 @@ pub trait Space {
         self.write_batches(py, batches, work, core, member)
     }
 
-    /// [`Space::write_shapes`] for what has been read.
+    /// [`Space::write_shapes`] for arguments that have been read.
     fn write_batches<const N: usize>(
         &self,
         py: Python<'_>,
@@ -205,7 +205,7 @@ pub trait Space {
         objects: [Named<'_, '_>; N],
         shapes: [(usize, usize); N],
     ) -> PyResult<[Batch; N]> {
-        // Arrays of two libraries are an error before any work.
+        // Arrays of two libraries are rejected before any work.
         Namespace::of(objects)?;
         let batches = match self.field().batches(objects) {
             Err(error) if self.field() == Field::Real => {
@@ -220,13 +220,14 @@ pub trait Space {
         Ok(batches)
     }
 
-    /// `TypeError` that names the complex manifold where an argument is complex.
+    /// `TypeError` that names the complex manifold if an argument is complex.
     fn check_real<const N: usize>(&self, objects: [Named<'_, '_>; N]) -> PyResult<()> {
         for (object, name) in objects {
             if Field::of([object])? == Field::Complex {
                 let ((n, k), class) = (self.shape(), Self::NAME);
-                let advice = format!("those of {class}({n}, {k}, field='complex')");
-                let message = format!("{name}: expected real numbers; complex ones are {advice}");
+                let advice = format!("{class}({n}, {k}, field='complex')");
+                let message =
+                    format!("{name}: expected real numbers; for complex numbers use {advice}");
                 return Err(PyTypeError::new_err(message));
             }
         }
@@ -278,7 +279,7 @@ pub trait Space {
     }
 }
 
-/// A function that writes the value of another.
+/// Adapts a function that returns its value to one that writes it.
 fn putting<M, T: Value, const N: usize>(
     member: impl Fn(&M, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
 ) -> impl Fn(&M, [MatRef<'_, f64>; N], &mut [f64], Interrupt<'_>) -> Result<()> + Shared {
@@ -288,7 +289,7 @@ fn putting<M, T: Value, const N: usize>(
     }
 }
 
-/// The sizes of a manifold that is to be made; `symbol` names it.
+/// Checks the sizes of a new manifold; `symbol` names it.
 pub fn sizes<T>(
     symbol: &str,
     (n, k): (i64, i64),
@@ -303,7 +304,7 @@ pub fn sizes<T>(
     make(rows, cols).map_err(|_| invalid())
 }
 
-/// What sets the streams of tangent vectors apart from others that the same numbers are the seed of: a number of its own.
+/// Separates the streams of tangent vectors from other streams with the same seed.
 const TANGENT_STREAM: u32 = 0x7461_6e67;
 
 /// The generator of `numpy.random.default_rng`.
@@ -312,8 +313,8 @@ fn generator<'py>(py: Python<'py>, rng: Option<&Any<'py>>) -> PyResult<Any<'py>>
         .call_method1("default_rng", (rng,))
 }
 
-/// A stream that 128 random bits of a generator start. Points are made of the numbers that follow in the generator itself, so
-/// that a seed, or a generator in the same state, gives tangent vectors that know nothing of the points.
+/// A stream seeded with 128 random bits of a generator. Points are drawn from the generator itself, so that for the
+/// same seed, or a generator in the same state, tangent vectors are independent of the points.
 fn tangent_stream<'py>(generator: &Any<'py>) -> PyResult<Any<'py>> {
     let py = generator.py();
     let random = py.import("numpy.random")?;

@@ -17,51 +17,52 @@ use crate::spline::{
     geometric_spline, geometric_subspace_hermite, geometric_subspace_spline, subspace_hermite,
 };
 
-/// Curve through points with given velocities, once continuously differentiable.
+/// Curve through points with given velocities, continuously differentiable.
 ///
 /// Parameters
 /// ----------
 /// t : array_like, shape (N,)
-///     Times, increasing, two or more.
+///     At least two increasing times.
 /// S : array_like, shape (N, n, k)
 ///     Points with orthonormal columns.
 /// V : array_like, shape (N, n, k), or str
-///     Tangent vectors at the points: velocities per unit of ``t``. Or the name of a method of
+///     Tangent vectors at the points: velocities per unit of ``t``. A string names a method of
 ///     :func:`estimate_velocities`: ``"catmull-rom"``, ``"akima"`` or ``"natural"``.
 /// kind : "riemannian" or "geometric", default "riemannian"
-///     Pieces are Riemannian cubics, or geometric cubics: for pieces that other programs evaluate by de Casteljau's algorithm from
-///     control points. On small manifolds they take longer to find.
+///     Pieces: Riemannian cubics, or geometric cubics, which other programs can evaluate from control points by de
+///     Casteljau's algorithm. On small manifolds geometric cubics take longer to construct.
 /// extrapolate : bool, default False
-///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
+///     If True, the first and the last piece are continued outside ``[t[0], t[-1]]``; by default such times raise.
 /// num_threads : int, optional
-///     Threads; by default those of the global pool.
+///     Number of threads; by default the size of the global pool.
 /// manifold : Stiefel or Grassmann, optional
-///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-///     first given one on.
+///     Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+///     are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of bases that
+///     start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
 /// project : bool, default False
-///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+///     their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+///     single precision are always projected.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal, not tangent
-///     (with the measured defect). Names the knot, and carries it as ``knot``.
+///     Mismatched shapes or numbers of knots, non-finite entries, times that do not increase, points not orthonormal,
+///     vectors not tangent (with the measured defect). Names the knot; carries ``knot``.
 /// OutsideDomainError
-///     Neighbours that no curve joins; carries ``knot``, the first of the two, and ``angle``.
+///     No curve joins two consecutive points; carries ``knot``, the index of the first, and ``angle``.
 /// ConvergenceError
-///     No Riemannian cubic is found between two neighbours; carries ``knot`` and ``report``.
+///     No Riemannian cubic was found between two consecutive points; carries ``knot`` and ``report``.
 /// TypeError
-///     Complex times, dates and durations.
+///     ``t`` is complex, or holds dates or durations.
 ///
 /// See Also
 /// --------
-/// CubicSpline : from points alone, twice continuously differentiable.
+/// CubicSpline : twice continuously differentiable curve through points alone.
 ///
 /// Notes
 /// -----
-/// Pieces are made independently of each other, in parallel.
+/// The pieces are constructed independently of each other, in parallel.
 ///
 /// Examples
 /// --------
@@ -75,7 +76,7 @@ use crate::spline::{
 /// True
 #[pyclass(name = "CubicHermite", module = "stiefel_rs", extends = PyPiecewiseCurve, frozen)]
 pub struct PyCubicHermite {
-    /// The velocities at the knots, as given or as estimated, shape (N, n, k); read-only.
+    /// Velocities at the knots, as given or estimated, shape (N, n, k); read-only.
     #[pyo3(get)]
     velocities: Owned,
 }
@@ -143,7 +144,7 @@ impl PyCubicHermite {
         Ok(spline.wrap(py)?.add_subclass(PyCubicHermite { velocities }))
     }
 
-    /// For files and pickles: all numbers of the curve.
+    /// All numbers of the curve, for files and pickles.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, base) = (slf.py(), slf.as_super().get());
         let field = slf.as_super().as_super().get().field;
@@ -171,67 +172,71 @@ impl PyCubicHermite {
     }
 }
 
-/// Spline of cubics through points: velocity and covariant acceleration are continuous.
+/// Spline of cubics through points, with continuous velocity and covariant acceleration.
 ///
 /// Parameters
 /// ----------
 /// t : array_like, shape (N,)
-///     Times, increasing, two or more.
+///     At least two increasing times.
 /// S : array_like, shape (N, n, k)
 ///     Points with orthonormal columns.
 /// bc_type : str or pair, default "natural"
-///     What holds at the ends: ``"natural"``, no covariant acceleration; ``"clamped"``, no velocity; ``"periodic"``, the
-///     last point is the first one and velocity and covariant acceleration agree there. Or a pair of conditions for the
-///     first and the last point: each ``"natural"``, ``"clamped"``, ``(1, V)`` with a velocity or ``(2, A)`` with a
+///     End conditions: ``"natural"``, zero covariant acceleration; ``"clamped"``, zero velocity; ``"periodic"``, the
+///     last point equals the first, and velocity and covariant acceleration agree there. Or a pair of conditions for
+///     the first and the last point: each ``"natural"``, ``"clamped"``, ``(1, V)`` with a velocity or ``(2, A)`` with a
 ///     covariant acceleration, tangent vectors of shape (n, k).
 /// kind : "riemannian" or "geometric", default "riemannian"
-///     Pieces are Riemannian cubics: stationary cost. Or geometric cubics (adjusted de Casteljau): close to it, and found in
-///     a half to a twentieth of the time from St(4, 2) to St(20, 4), in about the same time on the sphere and St(3, 2), and
-///     in up to twice the time on the rotations St(3, 3); to evaluate it takes longer, 1.1 times on the sphere, 5 times on
-///     St(3, 3).
+///     Pieces: Riemannian cubics, for which the cost is stationary, or geometric cubics (adjusted de Casteljau), whose
+///     cost is close to it. A geometric spline is found in half to a twentieth of the time from St(4, 2) to St(20, 4),
+///     in about the same time on the sphere and St(3, 2), and in up to twice the time on the rotations St(3, 3).
+///     Evaluation takes longer: 1.1 times on the sphere, 5 times on St(3, 3).
 /// extrapolate : bool, default False
-///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
+///     If True, the first and the last piece are continued outside ``[t[0], t[-1]]``; by default such times raise.
 /// tol : float, default 1e-12
-///     The largest distance by which a piece may miss its knot, and jump of the covariant acceleration, in the time of
-///     the piece.
+///     Largest distance between the end of a piece and its knot, and largest jump of the covariant acceleration, with
+///     the duration of the piece as the unit of time.
 /// max_iterations : int, default 200
-///     Steps at the most. More than 200 raise the limit of work, about two seconds, in proportion.
+///     Largest number of steps. More than 200 raise the work limit, about two seconds, in proportion.
 /// tension : float, default 0.0
-///     A spline in tension, of Riemannian pieces: stationary for the integral of ``|A|^2 + tension |V|^2``, near geodesics
-///     between the points where it is large. Not negative, in units of ``1 / t^2``; at most 64 by the square of the longest
-///     leg, since what is off at the start of a leg grows as ``exp(sqrt(tension) t)``, and 6.25 for points with more than 12 rows
-///     and more than ``4 k``, also in the span of all points.
+///     Weight of the squared velocity, for Riemannian pieces: the integral of ``|A|^2 + tension |V|^2`` is stationary,
+///     and for large values the curve is close to geodesics between the points. In units of ``1 / t^2``, at least 0,
+///     and at most 64 divided by the square of the longest interval between knots, since an error at its start grows as
+///     ``exp(sqrt(tension) t)``. If the columns of all points span more than ``max(12, 4 k)`` dimensions, the limit is
+///     6.25 instead of 64.
 /// num_threads : int, optional
-///     Threads; by default those of the global pool.
+///     Number of threads; by default the size of the global pool.
 /// manifold : Stiefel or Grassmann, optional
-///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-///     first given one on.
+///     Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+///     are arbitrary bases of subspaces, vectors are horizontal, ``Y^T V = 0``, and the curve consists of bases that
+///     start at the first given one and turn as little as possible, ``Y^T Y' = 0``.
 /// project : bool, default False
-///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+///     their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+///     single precision are always projected.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal, not tangent
-///     (with the measured defect), ends that do not close, ``tension`` out of range. Names the knot, and carries it as ``knot``.
+///     Mismatched shapes or numbers of knots, non-finite entries, times that do not increase, points not orthonormal,
+///     vectors not tangent (with the measured defect), periodic data that do not close, ``tension`` out of range. Names
+///     the knot; carries ``knot``.
 /// OutsideDomainError
-///     Neighbours that no curve joins, or no unique shortest one; carries ``knot``, the first of the two, and ``angle``.
+///     No curve, or no unique shortest one, joins two consecutive points; carries ``knot``, the index of the first, and
+///     ``angle``.
 /// ConvergenceError
-///     No spline is found; carries ``report``.
+///     No spline was found; carries ``report``.
 /// TypeError
-///     Complex times, dates and durations.
+///     ``t`` is complex, or holds dates or durations.
 ///
 /// See Also
 /// --------
-/// CubicHermite : through points with given velocities.
+/// CubicHermite : curve through points with given velocities.
 ///
 /// Notes
 /// -----
-/// With Riemannian pieces: stationary for the integral of the squared covariant acceleration among the curves through
-/// the points with these ends, what a cubic spline is in flat space. Solved for all pieces at once, in time linear in
-/// their number.
+/// With Riemannian pieces the integral of the squared covariant acceleration is stationary among the curves through the
+/// points with these end conditions, as for cubic splines in flat space. All pieces are solved for at once, in time
+/// linear in their number.
 ///
 /// Noakes, Heinzinger, Paden (1989); Crouch, Silva Leite (1995).
 ///
@@ -247,14 +252,14 @@ impl PyCubicHermite {
 /// True
 #[pyclass(name = "CubicSpline", module = "stiefel_rs", extends = PyPiecewiseCurve, frozen)]
 pub struct PyCubicSpline {
-    /// The end conditions, as given: a word, or a pair; arrays are read-only.
+    /// End conditions as given: a string or a pair; arrays are read-only.
     #[pyo3(get)]
     pub(super) bc_type: Py<PyAny>,
     pub(super) derivative: Kept<SplineDerivative>,
 }
 
 impl PyCubicSpline {
-    /// With end conditions as they are given.
+    /// With end conditions as given.
     pub(super) fn of_ends(bc_type: Py<PyAny>) -> Self {
         PyCubicSpline {
             bc_type,
@@ -344,7 +349,7 @@ impl PyCubicSpline {
             .add_subclass(PyCubicSpline::of_ends(bc_type)))
     }
 
-    /// For files and pickles: all numbers of the curve.
+    /// All numbers of the curve, for files and pickles.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, base) = (slf.py(), slf.as_super().get());
         let field = slf.as_super().as_super().get().field;

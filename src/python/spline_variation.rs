@@ -13,7 +13,7 @@ use crate::spline::{
     EndCondition, EndConditions, Piecewise, SplineDerivative, SplineGradient, SplineVariation,
 };
 
-/// A spline of Riemannian cubics, and what holds at its ends.
+/// A spline of Riemannian cubics with its end conditions.
 struct Spline {
     curve: Arc<Piecewise<RiemannianCubic>>,
     ends: EndConditions,
@@ -28,7 +28,7 @@ impl Spline {
     fn of(slf: &Bound<'_, PyCubicSpline>) -> PyResult<Self> {
         let py = slf.py();
         let Cubics::Riemannian(curve) = &slf.as_super().get().cubics else {
-            let expected = "derivatives are those of splines with kind='riemannian'";
+            let expected = "derivatives need kind='riemannian'";
             return Err(invalid!("kind: {expected}, found 'geometric'"));
         };
         let field = slf.as_super().as_super().get().field;
@@ -61,7 +61,7 @@ impl Spline {
             .get(|| self.curve.data_derivative(&self.ends, interrupt))
     }
 
-    /// Runs `work`: a linear system of all pieces, and points at some times.
+    /// Runs `work`: a linear system for all pieces, and points at some times.
     fn run<T: Send + 'static>(
         self,
         py: Python<'_>,
@@ -76,8 +76,8 @@ impl Spline {
     }
 }
 
-/// Ends of a spline of subspaces whose vector at the last knot is told in terms of the basis that the curve has there, not of the
-/// given one.
+/// End conditions of a spline of subspaces whose vector at the last knot refers to the basis that the curve has there,
+/// not to the given one.
 fn in_terms_of_curve(
     curve: &Piecewise<RiemannianCubic>,
     last: MatRef<'_, f64>,
@@ -92,7 +92,7 @@ fn in_terms_of_curve(
     Ok(EndConditions::Each(each))
 }
 
-/// Variations of the vectors at the ends: those given, zero for others.
+/// Variations of the vectors in the end conditions: the given ones, zero for others.
 fn end_changes(spline: &Spline, dbc: Option<&Any>) -> PyResult<[Option<Mat<f64>>; 2]> {
     let given = match dbc {
         None => [None, None],
@@ -106,12 +106,12 @@ fn end_changes(spline: &Spline, dbc: Option<&Any>) -> PyResult<[Option<Mat<f64>>
         }
     };
     let (n, k) = spline.shape();
-    // Where no vector is given by the ends there is none to change.
+    // End conditions without a vector have no variation.
     let zero = matches!(spline.ends, EndConditions::Each(_)).then(|| Mat::zeros(n, k));
     Ok(given.map(|end| end.or_else(|| zero.clone())))
 }
 
-/// Changes of the times, shape (N,).
+/// Variations of the times, shape (N,).
 fn moves(dt: &Any) -> PyResult<Vec<f64>> {
     let Array { shape, entries } = read(dt, "dt")?;
     match shape.len() == 1 && !entries.is_empty() {
@@ -120,8 +120,8 @@ fn moves(dt: &Any) -> PyResult<Vec<f64>> {
     }
 }
 
-/// The gradient of what is linear in squared lengths of the core: gradients by matrices stay, since their products with
-/// variations double too.
+/// Converts a gradient of a function linear in the squared lengths of the core. Gradients by matrices are unchanged,
+/// since their products with variations double too.
 fn gradient<const N: usize>(
     field: Field,
     shape: (usize, usize),
@@ -142,42 +142,44 @@ fn gradient<const N: usize>(
 
 #[pymethods]
 impl PyCubicSpline {
-    /// How points of the spline change where its data do: implicit function theorem.
+    /// Differentiate points of the spline with respect to its data, by the implicit function theorem.
     ///
-    /// On a :class:`Grassmann` variations are horizontal vectors at the bases of the curve, ``curve(t)`` at its knots, which are those
-    /// of ``S`` up to turns. A periodic curve comes back with its first basis turned by ``Q = curve(t[0])^H curve(t[-1])``.
+    /// On a :class:`Grassmann` variations are horizontal vectors at the bases of the curve at its knots, ``curve(t)``,
+    /// which differ from ``S`` by orthogonal matrices. At the end of a periodic curve the first basis returns
+    /// multiplied by ``Q = curve(t[0])^H curve(t[-1])``.
     ///
     /// Parameters
     /// ----------
     /// t : array_like, shape T
     ///     Times.
     /// dS : array_like, shape (N, n, k)
-    ///     Ambient derivatives of the points along a family of data: ``S.T @ dS`` is skew for each. With periodic ends the last
-    ///     is the first, on a :class:`Grassmann` ``dS[-1] = dS[0] @ Q``.
+    ///     Ambient derivatives of the points along a family of data: ``S.T @ dS`` is skew for each. With periodic ends
+    ///     the last equals the first; on a :class:`Grassmann` ``dS[-1] = dS[0] @ Q``.
     /// dt : array_like, shape (N,), optional
-    ///     Derivatives of the times; by default they stay.
+    ///     Derivatives of the times of the knots; by default zero.
     /// dbc : pair of array_like, shape (n, k), or None, optional
-    ///     Ambient derivatives of the vectors at the first and at the last knot, where ``bc_type`` gives one: ``S.T @ dV + dV.T @ S +
-    ///     dS.T @ V + V.T @ dS`` vanishes. By default, and for None, zero: right for vectors that are zero, as with
-    ///     ``"clamped"``, and stay so.
+    ///     Ambient derivatives of the vectors in ``bc_type`` at the first and at the last knot:
+    ///     ``S.T @ dV + dV.T @ S + dS.T @ V + V.T @ dS`` is zero. By default, and for None, zero; this is valid for
+    ///     vectors that remain zero, as with ``"clamped"``.
     ///
     /// Returns
     /// -------
     /// ndarray, shape T + (n, k)
-    ///     Ambient derivatives of the points at the times ``t``, which stay.
+    ///     Ambient derivatives of the points at the fixed times ``t``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, a variation that leaves the constraints (with the measured defect); a spline with
-    ///     ``kind="geometric"``, or solved with so large a tolerance that it is off by more than 1e-6.
+    ///     Wrong shape, non-finite entries, or a variation that violates the constraints (with the measured defect); a
+    ///     spline with ``kind="geometric"``, or one solved with so large a tolerance that its error exceeds 1e-6.
     /// OutsideDomainError
-    ///     The spline does not depend smoothly on its data, to 1e-11. ``angle`` is None.
+    ///     The spline does not depend smoothly on its data, to 1e-11; ``angle`` is None.
     ///
     /// Notes
     /// -----
-    /// Exact derivatives, no differences: the accelerations at the ends of the pieces by points and velocities there, and a linear
-    /// system for the velocities, in time linear in the number of knots.
+    /// Derivatives are exact, not finite differences: they combine the derivatives of the accelerations at the ends of
+    /// the pieces with respect to points and velocities there, and a linear system for the velocities, in time linear
+    /// in the number of knots.
     #[pyo3(signature = (t, dS, dt=None, dbc=None))]
     fn point_variation(
         slf: &Bound<'_, Self>,
@@ -205,37 +207,41 @@ impl PyCubicSpline {
         field.numbers(found)?.like(named![t, dS])
     }
 
-    /// Gradient with respect to the data of ``sum(W * curve(t))``: the transpose of :meth:`point_variation`.
+    /// Return the gradient of ``sum(W * curve(t))`` with respect to the data.
+    ///
+    /// The transpose of :meth:`point_variation`.
     ///
     /// Parameters
     /// ----------
     /// t : array_like, shape T
     ///     Times.
     /// W : array_like, shape T + (n, k)
-    ///     Derivatives of a function by the points of the curve there; any matrices.
+    ///     Derivatives of a function with respect to the points ``curve(t)``; need not be tangent.
     ///
     /// Returns
     /// -------
     /// GS : ndarray, shape (N, n, k)
-    ///     With respect to the points. With periodic ends that by the point at both ends is the sum of the first and the last, on a
-    ///     :class:`Grassmann` ``GS[0] + GS[-1] Q^H`` with ``Q`` of :meth:`point_variation`.
+    ///     With respect to the points. With periodic ends the gradient by the common end point is the sum of the first
+    ///     and the last entry; on a :class:`Grassmann`, ``GS[0] + GS[-1] Q^H`` with the ``Q`` of
+    ///     :meth:`point_variation`.
     /// Gt : ndarray, shape (N,)
     ///     With respect to the times.
     /// Gbc : tuple
-    ///     With respect to the vectors at the first and at the last knot, shape (n, k); None where ``bc_type`` gives none.
+    ///     With respect to the vectors in ``bc_type`` at the first and at the last knot, shape (n, k); None if there is
+    ///     none.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite; a spline with ``kind="geometric"``, or solved with so large a tolerance that it is off by more than
-    ///     1e-6.
+    ///     Wrong shape, non-finite entries; a spline with ``kind="geometric"``, or one solved with so large a tolerance
+    ///     that its error exceeds 1e-6.
     /// OutsideDomainError
-    ///     The spline does not depend smoothly on its data, to 1e-11. ``angle`` is None.
+    ///     The spline does not depend smoothly on its data, to 1e-11; ``angle`` is None.
     ///
     /// Notes
     /// -----
-    /// ``sum(W * point_variation(t, dS, dt, dbc))`` is the sum of the products of these with the variations. One solution of the
-    /// linear system, whatever the number of times.
+    /// ``sum(W * point_variation(t, dS, dt, dbc))`` equals the sum of the products of the gradients with the
+    /// variations. Solves one linear system, whatever the number of times.
     fn point_pullback(slf: &Bound<'_, Self>, t: &Any, W: &Any) -> PyResult<Gradient> {
         let spline = Spline::of(slf)?;
         let (field, shape) = (spline.field, spline.shape());
@@ -247,28 +253,31 @@ impl PyCubicSpline {
         gradient(field, shape, found, named![t, W])
     }
 
-    /// Gradient of the cost with respect to points, times and end conditions.
+    /// Return the gradient of the cost with respect to points, times and end conditions.
     ///
     /// Returns
     /// -------
     /// GS : ndarray, shape (N, n, k)
-    ///     With respect to the points. With periodic ends that by the point at both ends is the sum of the first and the last, on a
-    ///     :class:`Grassmann` ``GS[0] + GS[-1] Q^H`` with ``Q`` of :meth:`point_variation`.
+    ///     With respect to the points. With periodic ends the gradient by the common end point is the sum of the first
+    ///     and the last entry; on a :class:`Grassmann`, ``GS[0] + GS[-1] Q^H`` with the ``Q`` of
+    ///     :meth:`point_variation`.
     /// Gt : ndarray, shape (N,)
     ///     With respect to the times.
     /// Gbc : tuple
-    ///     With respect to the vectors at the first and at the last knot, shape (n, k); None where ``bc_type`` gives none.
+    ///     With respect to the vectors in ``bc_type`` at the first and at the last knot, shape (n, k); None if there is
+    ///     none.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     A spline with ``kind="geometric"``, or solved with so large a tolerance that it is off by more than 1e-6.
+    ///     A spline with ``kind="geometric"``, or one solved with so large a tolerance that its error exceeds 1e-6.
     /// OutsideDomainError
-    ///     An acceleration is given and the spline does not depend smoothly on its data, to 1e-11. ``angle`` is None.
+    ///     ``bc_type`` gives an acceleration, and the spline does not depend smoothly on its data, to 1e-11; ``angle``
+    ///     is None.
     ///
     /// Notes
     /// -----
-    /// By the first variation of the cost: no equation has to be solved unless ``bc_type`` gives an acceleration.
+    /// Uses the first variation of the cost; an equation has to be solved only if ``bc_type`` gives an acceleration.
     fn cost_gradient(slf: &Bound<'_, Self>) -> PyResult<Gradient> {
         let spline = Spline::of(slf)?;
         let (field, shape) = (spline.field, spline.shape());

@@ -1,4 +1,4 @@
-//! What the functions of charts share: which chart it is, states as rows of numbers, and steps of a named method.
+//! Helpers for functions of charts: the kind of chart, states as rows of numbers, and steps of a named method.
 
 use nalgebra::SVector;
 
@@ -6,7 +6,7 @@ use super::prelude::*;
 use crate::chart::{Composition, DiscretizationMap, NamedMap};
 use crate::linalg::structure;
 
-/// Which chart.
+/// The kind of chart.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Kind {
     Sphere,
@@ -22,17 +22,17 @@ impl Kind {
         }
     }
 
-    /// Entries of a state.
+    /// Number of entries of a state.
     pub fn width(self) -> usize {
         4 * self.dimension()
     }
 
-    /// Columns of a point.
+    /// Number of columns of a point.
     pub fn columns(self) -> usize {
         self.dimension() - 1
     }
 
-    /// The name of what makes its chart.
+    /// Name of the constructor.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Sphere => "sphere",
@@ -41,12 +41,12 @@ impl Kind {
     }
 }
 
-/// A state from its numbers.
+/// Reads a state from its numbers.
 pub fn state<const N: usize>(row: &[f64]) -> SVector<f64, N> {
     SVector::from_column_slice(row)
 }
 
-/// Error `NonFinite` where a number is NaN or infinite.
+/// Error `NonFinite` if a number is NaN or infinite.
 pub fn check_finite(name: &'static str, row: &[f64]) -> Result<()> {
     structure::check_finite(name, MatRef::from_column_major_slice(row, row.len(), 1))
 }
@@ -75,7 +75,7 @@ macro_rules! on_chart {
 }
 pub(super) use on_chart;
 
-/// The discretization map of a name.
+/// The discretization map with a given name.
 pub fn map_of(name: &str) -> PyResult<NamedMap> {
     NamedMap::from_name(name).ok_or_else(|| {
         let names: Vec<_> = NamedMap::all()
@@ -95,11 +95,11 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// `order` is that of the method: by default that of the map.
+    /// `order` is the order of the method; by default the order of the map.
     pub fn read(map: &str, order: Option<i64>, steps: i64, t_end: f64) -> PyResult<Self> {
         let map = map_of(map)?;
         let base = DiscretizationMap::<4>::order(&map);
-        // No composition has a negative order either; the message is that of order 0.
+        // A negative order is as invalid as 0, and gets the same message.
         let order = order.map_or(base, |order| usize::try_from(order).unwrap_or(0));
         Ok(Steps {
             map,

@@ -8,27 +8,27 @@ use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::manifold::{Metric, Stiefel};
 use crate::space::Quotient;
 
-/// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns, real or complex.
+/// Stiefel manifold St(n, k) of n x k matrices with orthonormal columns, real or complex.
 ///
 /// Points and tangent vectors are arrays of shape ``(..., n, k)``; leading axes are batches and broadcast.
 ///
 /// Parameters
 /// ----------
 /// n, k : int
-///     ``1 <= k <= n``.
+///     Numbers of rows and columns, ``1 <= k <= n``.
 /// metric : "canonical", "euclidean" or float, default "canonical"
-///     A float is the parameter ``alpha > -1`` of the family of Hueper, Markina, Silva Leite (2021), in which
-///     ``|V|^2 = |K|^2 + |Omega|^2 / (2 (alpha + 1))`` for ``V = S Omega + K``: canonical 0, Euclidean -1/2.
+///     A float is the parameter ``alpha > -1`` of the family of metrics of Hueper, Markina, Silva Leite (2021), in
+///     which ``|V|^2 = |K|^2 + |Omega|^2 / (2 (alpha + 1))`` for ``V = S Omega + K``: canonical 0, Euclidean -1/2.
 /// field : "real" or "complex", default "real"
-///     With ``"complex"``, complex frames, ``S^H S = I``: the unitary group for ``k = n``. Arrays of complex numbers are taken and
-///     returned; in all formulas the transpose is the conjugate transpose, and inner products are real parts.
+///     With ``"complex"``, frames satisfy ``S^H S = I`` (the unitary group for ``k = n``), and methods take and return
+///     complex arrays. In all formulas the transpose is the conjugate transpose, and inner products are real parts.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Unless ``1 <= k <= n`` and the metric is one of these. Methods raise it for arrays of another shape, numbers that are
-///     not finite, points that are not orthonormal and vectors that are not tangent, with the measured defect and the
-///     member of the batch.
+///     ``k`` outside ``1 <= k <= n``, or unknown metric or field. Methods raise it for arrays of a wrong shape,
+///     non-finite entries, points that are not orthonormal and vectors that are not tangent; the message states the
+///     measured defect and the member of the batch.
 ///
 /// Examples
 /// --------
@@ -43,7 +43,7 @@ use crate::space::Quotient;
 #[pyclass(name = "Stiefel", module = "stiefel_rs", frozen, eq, hash)]
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct PyStiefel {
-    /// The manifold that the core computes on: of embedded frames, where they are complex.
+    /// The manifold on which the core computes; complex frames are embedded in real ones.
     embedded: Stiefel,
     pub(super) field: Field,
 }
@@ -84,7 +84,7 @@ fn check_vector(m: &Stiefel, name: &'static str, [s, v]: [MatRef<'_, f64>; 2]) -
     m.check_tangent(name, s, v, TANGENT_TOLERANCE)
 }
 
-/// "canonical", "euclidean", or the parameter of the family.
+/// Reads "canonical", "euclidean", or the parameter of the family.
 pub(super) fn read_metric(object: &Any) -> PyResult<Metric> {
     let expected = "metric: expected 'canonical', 'euclidean' or a number, found";
     if let Ok(name) = object.extract::<String>() {
@@ -102,7 +102,7 @@ pub(super) fn read_metric(object: &Any) -> PyResult<Metric> {
 }
 
 impl PyStiefel {
-    /// Checks points to a tolerance.
+    /// Checks points against a tolerance.
     fn point_check(
         &self,
     ) -> impl Fn(&Stiefel, [MatRef<'_, f64>; 1], [f64; 2]) -> Result<()> + Shared + use<> {
@@ -110,7 +110,7 @@ impl PyStiefel {
         move |m, [s], [atol, _]| m.check_point("S", s, atol / unit)
     }
 
-    /// Checks tangent vectors to a tolerance.
+    /// Checks tangent vectors against a tolerance.
     fn vector_check(
         &self,
     ) -> impl Fn(&Stiefel, [MatRef<'_, f64>; 2], [f64; 2]) -> Result<()> + Shared + use<> {
@@ -121,7 +121,7 @@ impl PyStiefel {
         }
     }
 
-    /// The manifold, with the canonical metric, of points of the core.
+    /// The manifold, with the canonical metric, for points of the core.
     pub(super) fn of_core((rows, cols): (usize, usize), field: Field) -> PyResult<Self> {
         let embedded = Stiefel::new(rows, cols)?;
         Ok(PyStiefel { embedded, field })
@@ -142,31 +142,31 @@ impl PyStiefel {
         })
     }
 
-    /// Rows of a point.
+    /// Number of rows of a point.
     #[getter]
     fn n(&self) -> usize {
         self.shape().0
     }
 
-    /// Columns of a point.
+    /// Number of columns of a point.
     #[getter]
     fn k(&self) -> usize {
         self.shape().1
     }
 
-    /// "real" or "complex": what numbers points consist of.
+    /// Field of the entries: "real" or "complex".
     #[getter]
     fn field(&self) -> &'static str {
         self.field.word()
     }
 
-    /// Parameter of the metric: 0 for the canonical, -1/2 for the Euclidean one.
+    /// Parameter of the metric: 0 for the canonical, -1/2 for the Euclidean metric.
     #[getter]
     fn alpha(&self) -> f64 {
         self.embedded.metric().alpha()
     }
 
-    /// Real dimension of the manifold, ``n k - k (k + 1) / 2``; of complex frames ``2 n k - k^2``.
+    /// Real dimension of the manifold: ``n k - k (k + 1) / 2``, for complex frames ``2 n k - k^2``.
     #[getter]
     fn dim(&self) -> usize {
         let (n, k) = self.shape();
@@ -202,36 +202,38 @@ impl PyStiefel {
         (build, this.shape()).into_pyobject(py)
     }
 
-    /// Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius), by default 1e-9, for arrays in
-    /// single precision 1e-5.
+    /// Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius norm).
+    ///
+    /// The default of ``atol`` is 1e-9, for arrays in single precision 1e-5.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     With the measured defect.
+    ///     A member is not a point; the message states the measured defect.
     #[pyo3(signature = (S, atol=None))]
     fn check_point(&self, S: &Any, atol: Option<f64>) -> PyResult<()> {
         self.check(named![S], atol, self.point_check())
     }
 
-    /// Raise unless every member of ``V`` is tangent at ``S``: ``|S^T V + V^T S| / 2 <= atol max(1, |V|)``, by default 1e-9, in
-    /// single precision 1e-5.
+    /// Raise unless every member of ``V`` is tangent at ``S``: ``|S^T V + V^T S| / 2 <= atol max(1, |V|)``.
+    ///
+    /// The default of ``atol`` is 1e-9, for arrays in single precision 1e-5.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     With the measured defect.
+    ///     A member is not tangent; the message states the measured defect.
     #[pyo3(signature = (S, V, atol=None))]
     fn check_tangent(&self, S: &Any, V: &Any, atol: Option<f64>) -> PyResult<()> {
         self.check(named![S, V], atol, self.vector_check())
     }
 
-    /// Whether ``S`` is a point, as :meth:`check_point` measures it; shape (...).
+    /// Return whether ``S`` is a point, by the criterion of :meth:`check_point`; shape (...).
     ///
     /// Returns
     /// -------
     /// bool, or ndarray of bool
-    ///     False for numbers that are not finite.
+    ///     False for entries that are not finite.
     ///
     /// Examples
     /// --------
@@ -244,25 +246,25 @@ impl PyStiefel {
         self.are(named![S], atol, self.point_check())
     }
 
-    /// Whether ``V`` is tangent at ``S``, as :meth:`check_tangent` measures it; shape (...).
+    /// Return whether ``V`` is tangent at ``S``, by the criterion of :meth:`check_tangent`; shape (...).
     ///
     /// Returns
     /// -------
     /// bool, or ndarray of bool
-    ///     False for numbers that are not finite, and where ``S`` is no point.
+    ///     False for entries that are not finite, and if ``S`` is not a point.
     #[pyo3(signature = (S, V, atol=None))]
     fn is_tangent(&self, S: &Any, V: &Any, atol: Option<f64>) -> PyResult<Numbers> {
         self.are(named![S, V], atol, self.vector_check())
     }
 
-    /// Uniformly distributed points (Haar measure), shape ``size + (n, k)``.
+    /// Draw uniformly distributed points (Haar measure), shape ``size + (n, k)``.
     ///
     /// Parameters
     /// ----------
     /// rng : numpy.random.Generator or seed, optional
-    ///     What `numpy.random.default_rng` takes.
+    ///     Generator, or seed for `numpy.random.default_rng`.
     /// size : int or tuple of int, optional
-    ///     Leading axes; a single point by default.
+    ///     Leading axes; by default a single point.
     #[pyo3(signature = (rng=None, size=None))]
     fn random_point(
         &self,
@@ -273,31 +275,31 @@ impl PyStiefel {
         self.random_points(py, rng, size)
     }
 
-    /// Normally distributed tangent vectors at ``S``: standard normal matrices, projected. Shape of ``S``.
+    /// Draw tangent vectors at ``S``, projections of standard normal matrices; shape of ``S``.
     ///
     /// Parameters
     /// ----------
     /// S : array_like, shape (..., n, k)
     ///     Points.
     /// rng : numpy.random.Generator or seed, optional
-    ///     What `numpy.random.default_rng` takes. The vectors are independent of ``S``, also where ``S`` is made with the same
-    ///     seed, or by a generator in the same state.
+    ///     Generator, or seed for `numpy.random.default_rng`. The vectors are independent of ``S`` even if ``S`` was
+    ///     drawn with the same seed, or by a generator in the same state.
     #[pyo3(signature = (S, rng=None))]
     fn random_tangent(&self, S: &Any, rng: Option<&Any>) -> PyResult<Numbers> {
         self.random_tangents((S, "S"), rng)
     }
 
-    /// Nearest point in the Frobenius norm: the polar factor of ``Y``, shape (..., n, k).
+    /// Return the nearest point in the Frobenius norm, the polar factor of ``Y``, shape (..., n, k).
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
+    ///     ``Y`` does not have full column rank (the message states its smallest singular value), or is not finite.
     fn project(&self, Y: &Any) -> PyResult<Numbers> {
         self.map_any(named![Y], |m, [y]| m.project(y))
     }
 
-    /// Orthogonal projection ``Z - S sym(S^T Z)`` on the tangent space at ``S``, shape (..., n, k).
+    /// Project ``Z`` orthogonally to the tangent space at ``S``: ``Z - S sym(S^T Z)``, shape (..., n, k).
     fn project_tangent(&self, S: &Any, Z: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![S, Z], |m, [s, z]| {
             check(m, s)?;
@@ -306,8 +308,9 @@ impl PyStiefel {
         })
     }
 
-    /// Inner product of tangent vectors at ``S`` in the manifold's metric, shape (...); canonical:
-    /// ``tr V^T (I - S S^T / 2) W``.
+    /// Return the inner product of tangent vectors at ``S`` in the manifold's metric, shape (...).
+    ///
+    /// For the canonical metric, ``tr V^T (I - S S^T / 2) W``.
     fn inner(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Numbers> {
         self.map_numbers(named![S, V, W], Field::squared, |m, [s, v, w], _| {
             check(m, s)?;
@@ -317,7 +320,7 @@ impl PyStiefel {
         })
     }
 
-    /// Norm of a tangent vector at ``S`` in the manifold's metric, shape (...).
+    /// Return the norm of a tangent vector at ``S`` in the manifold's metric, shape (...).
     fn norm(&self, S: &Any, V: &Any) -> PyResult<Numbers> {
         self.map_numbers(named![S, V], Field::length, |m, [s, v], _| {
             check(m, s)?;
@@ -326,7 +329,9 @@ impl PyStiefel {
         })
     }
 
-    /// The paper's pair ``(X, Omega)`` of a tangent vector, ``V = X S + S Omega``.
+    /// Return the pair ``(X, Omega)`` that represents a tangent vector, ``V = X S + S Omega``.
+    ///
+    /// The parametrisation of arXiv 2404.19407.
     ///
     /// Returns
     /// -------
@@ -348,7 +353,7 @@ impl PyStiefel {
         Ok((x, omega))
     }
 
-    /// The tangent vector ``V = X S + S Omega`` of the paper's pair, shape (..., n, k).
+    /// Return the tangent vector ``V = X S + S Omega`` of a pair of :meth:`decompose`, shape (..., n, k).
     fn compose(&self, S: &Any, X: &Any, Omega: &Any) -> PyResult<Numbers> {
         let (n, k) = self.shape();
         let core = [self.embedded.n(), self.embedded.k()];

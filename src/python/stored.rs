@@ -1,4 +1,4 @@
-//! Stored curves as dictionaries of arrays, what files and pickles hold.
+//! Stored curves as dictionaries of arrays, the contents of files and pickles.
 
 use std::collections::BTreeMap;
 
@@ -7,10 +7,10 @@ use crate::manifold::stored::quotient_of;
 use crate::space::Quotient;
 use crate::stored::{FORMAT, Fields, VERSION, check_header, refusal};
 
-/// What says that the numbers are those of embedded complex matrices; real curves do not have it.
+/// Marks the numbers as those of embedded complex matrices; absent for real curves.
 const FIELD: &str = "field";
 
-/// What says that de Casteljau curves are those of subspaces; curves of frames do not have it.
+/// Marks de Casteljau curves of subspaces; absent for curves of frames.
 const SUBSPACES: &str = "subspaces";
 
 pub(super) fn put_quotient(fields: &mut Fields, quotient: Quotient) {
@@ -26,7 +26,7 @@ pub(super) fn take_quotient(fields: &mut Fields) -> Result<Quotient> {
     Ok(quotient)
 }
 
-/// The stored form of a curve of the given numbers.
+/// The stored form of a curve with the given numbers.
 pub(super) fn form<'py>(
     py: Python<'py>,
     kind: &str,
@@ -46,7 +46,7 @@ pub(super) fn form<'py>(
     Ok(form)
 }
 
-/// A stored form that is read.
+/// A stored form while it is read.
 pub(super) struct Form {
     pub(super) kind: String,
     pub(super) field: Field,
@@ -56,8 +56,7 @@ pub(super) struct Form {
 
 impl Form {
     /// # Errors
-    /// `InvalidInputError` where it is not of this format and version; `TypeError` where something is neither a word nor an
-    /// array.
+    /// `InvalidInputError` for another format or version; `TypeError` if an entry is neither a word nor an array.
     pub(super) fn of(form: &Bound<'_, PyDict>) -> PyResult<Self> {
         let mut words: BTreeMap<String, String> = BTreeMap::new();
         let mut fields = Fields::default();
@@ -92,10 +91,10 @@ impl Form {
     /// Takes a word out.
     pub(super) fn word(&mut self, name: &str) -> PyResult<String> {
         let word = self.words.remove(name);
-        word.ok_or_else(|| refusal(format!("has no word '{name}'")).into())
+        word.ok_or_else(|| refusal(format!("entry '{name}' is missing")).into())
     }
 
-    /// What `take` makes of the numbers, of which it leaves none.
+    /// Applies `take` to the numbers, and raises if it leaves any.
     pub(super) fn read<T: Send + 'static>(
         self,
         py: Python<'_>,
@@ -103,7 +102,7 @@ impl Form {
     ) -> PyResult<T> {
         let Form { words, fields, .. } = self;
         if let Some(name) = words.keys().next() {
-            return Err(refusal(format!("'{name}' is no part of such a curve")).into());
+            return Err(refusal(format!("unexpected entry '{name}'")).into());
         }
         let numbers: usize = fields.0.values().map(|array| array.entries.len()).sum();
         run(py, Field::Real, numbers as f64, move |interrupt| {

@@ -11,7 +11,7 @@ use crate::chart::{
     reference_across, state_from_covariant,
 };
 
-/// A curve that passes from chart to chart, at times of shape ``T``; ``(steps + 1,)`` for a discrete trajectory.
+/// Curve across charts, at times of shape ``T``; ``(steps + 1,)`` for a discrete trajectory.
 #[pyclass(name = "ChartTrajectory", module = "stiefel_rs", frozen, get_all)]
 pub struct PyChartTrajectory {
     /// Points, shape T + (3, k).
@@ -22,15 +22,15 @@ pub struct PyChartTrajectory {
     acceleration: Owned,
     /// Covariant jerks, shape T + (3, k).
     jerk: Owned,
-    /// The Hamiltonian, shape T.
+    /// Hamiltonian, shape T.
     energy: Owned,
-    /// Momentum of the rotations of space about the three axes, which a Riemannian cubic keeps, shape T + (3,).
+    /// Momentum of rotations of space about the three axes, conserved along a Riemannian cubic, shape T + (3,).
     momentum: Owned,
-    /// ``(q, qdot, p_q, p_qdot)`` of the rotated point ``rotations @ point`` in the chart, shape T + (4 d,).
+    /// States ``(q, qdot, p_q, p_qdot)`` of the points ``rotations @ point`` in the chart, shape T + (4 d,).
     states: Owned,
-    /// Which of the three charts: a cyclic permutation of the axes, the identity for the chart itself, shape T + (3, 3).
+    /// Chart of each point as a cyclic permutation of the axes, shape T + (3, 3); identity: the original chart.
     rotations: Owned,
-    /// The positions, in C order, at which the chart is another than before.
+    /// Indices, in C order, at which the chart differs from the one before.
     transitions: Vec<usize>,
 }
 
@@ -44,7 +44,7 @@ impl PyChartTrajectory {
 }
 
 impl PyChartTrajectory {
-    /// `shape` is that of the times.
+    /// `shape` is the shape of the times.
     fn of(py: Python<'_>, rows: Rows, kind: Kind, shape: &[usize]) -> PyResult<Self> {
         let (tangent, width) = ([3, kind.columns()], [kind.width()]);
         let own: [&[usize]; 4] = [&[], &[3], &width, &[3, 3]];
@@ -70,7 +70,7 @@ impl PyChartTrajectory {
     }
 }
 
-/// What is asked for across charts.
+/// The requested flow across charts.
 enum Flow {
     Steps(Steps),
     Times(Vec<f64>),
@@ -117,7 +117,7 @@ impl PyChart {
         shape: &[usize],
     ) -> PyResult<PyChartTrajectory> {
         let (py, kind, data) = (objects[0].0.py(), self.0, read_data(objects)?);
-        // How many steps it takes may show only on the way: always watched.
+        // Always interruptible: the number of steps may become known only during the integration.
         let work =
             move |stop: Interrupt<'_>| on_chart!(kind, chart => flow.run(chart, &data, stop));
         PyChartTrajectory::of(py, run(py, Field::Real, f64::INFINITY, work)?, kind, shape)
@@ -126,24 +126,25 @@ impl PyChart {
 
 #[pymethods]
 impl PyChart {
-    /// The state of the cubic with the given point, velocity, covariant acceleration and covariant jerk.
+    /// Return the state of the cubic with the given point, velocity, covariant acceleration and covariant jerk.
     ///
     /// Parameters
     /// ----------
     /// S, V, A, J : array_like, shape (3, k)
-    ///     A point and three tangent vectors.
+    ///     Point, velocity, covariant acceleration and covariant jerk.
     ///
     /// Returns
     /// -------
     /// ndarray, shape (4 d,)
-    ///     ``(q, qdot, p_q, p_qdot)``, angles in ``[-pi, pi]``.
+    ///     State ``(q, qdot, p_q, p_qdot)``, angles in ``[-pi, pi]``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect).
     /// OutsideDomainError
-    ///     The first column of ``S`` is a pole of the chart. `integrate_across` and `reference_across` take it.
+    ///     The first column of ``S`` is a pole of the chart; :meth:`integrate_across` and :meth:`reference_across`
+    ///     accept it.
     ///
     /// Notes
     /// -----
@@ -159,21 +160,23 @@ impl PyChart {
         Numbers::from(state).like(named![S, V, A, J])
     }
 
-    /// The discrete trajectory across charts: as `integrate`, with no pole in the way.
+    /// Integrate as :meth:`integrate` does, changing charts to avoid their poles.
     ///
-    /// A state with ``sin(theta) < 1/2`` moves before its next step to another chart by a cyclic permutation of the
-    /// axes, an isometry, and its cotangent lift: the method stays symplectic.
+    /// A state with ``sin(theta) < 1/2`` is moved to another chart before its next step, by a cyclic permutation of the
+    /// axes, which is an isometry, and its cotangent lift; so the method remains symplectic.
     ///
     /// Parameters
     /// ----------
     /// S, V, A, J : array_like, shape (3, k)
-    ///     Any point, the poles too; velocity, covariant acceleration and covariant jerk.
+    ///     Point, which may be a pole, velocity, covariant acceleration and covariant jerk.
     /// steps : int
-    ///     Equal steps over ``[0, t_end]``, at least 1.
+    ///     Number of equal steps over ``[0, t_end]``, at least 1.
     /// t_end : float, default 1.0
+    ///     End time.
     /// map, order
-    ///     As for `integrate`. The trajectory of a map from a retraction does not depend on the charts; the maps
-    ///     linear in coordinates are another method in each chart, of the same order.
+    ///     As for :meth:`integrate`. With a map of a retraction the trajectory does not depend on the charts; the maps
+    ///     "initial_point" and "midpoint", which are linear in coordinates, give a different method of the same order
+    ///     in each chart.
     ///
     /// Returns
     /// -------
@@ -182,13 +185,14 @@ impl PyChart {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent; ``steps < 1``, unknown map or order.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent; ``steps < 1``, unknown map or
+    ///     order.
     /// OutsideDomainError, ConvergenceError
-    ///     A step is too long for a chart, or for its implicit equations.
+    ///     A step is too long for a chart, or for its implicit equations to be solved.
     ///
     /// Examples
     /// --------
-    /// A geodesic over the pole and once around:
+    /// A geodesic over the pole, once around the sphere:
     ///
     /// >>> from stiefel_rs import Chart
     /// >>> S, V = np.array([[1.0], [0.0], [0.0]]), np.array([[0.0], [0.0], [2 * np.pi]])
@@ -214,7 +218,7 @@ impl PyChart {
         self.across(named![S, V, A, J], Flow::Steps(steps), &shape)
     }
 
-    /// The exact flow across charts: as `reference`, with no pole in the way.
+    /// Evaluate the exact flow as :meth:`reference` does, changing charts to avoid their poles.
     ///
     /// Parameters
     /// ----------
@@ -230,7 +234,7 @@ impl PyChart {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent.
+    ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent.
     /// ConvergenceError
     ///     Too many steps; carries ``report``.
     fn reference_across(

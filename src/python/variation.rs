@@ -1,11 +1,11 @@
-//! Derivatives of Riemannian cubics by their boundary data and by their initial data, and their transposes, in the binding.
+//! Derivatives of Riemannian cubics with respect to their boundary data and initial data, and their transposes, in the binding.
 
 use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
 use crate::cubic::{BoundaryVariation, InitialVariation};
 use crate::curve::Curve;
 
-/// The work of derivatives of the ends by each other, for a number of a point: that of a boundary problem, with four matrices.
+/// Work of the derivatives of a boundary problem per number of a point: one boundary problem, with four matrices.
 const DERIVATIVES: f64 = 4.0 * SOLVES;
 
 fn variation([s0, v0, s1, v1]: &[Mat<f64>; 4]) -> BoundaryVariation<'_> {
@@ -17,14 +17,14 @@ fn variation([s0, v0, s1, v1]: &[Mat<f64>; 4]) -> BoundaryVariation<'_> {
     }
 }
 
-/// Times, and a cotangent of shape `(n, k)` for each of them.
+/// Times, and a cotangent of shape `(n, k)` for each.
 pub(super) struct Cotangents {
     pub(super) times: Vec<f64>,
     pub(super) matrices: Batch,
 }
 
 impl Cotangents {
-    /// `shape` is that of the core's points.
+    /// `shape` is the shape of the points in the core.
     pub(super) fn read(t: &Any, w: &Any, shape: (usize, usize), field: Field) -> PyResult<Self> {
         let (n, k) = field.own(shape);
         let Array {
@@ -36,7 +36,7 @@ impl Cotangents {
         let expected = [&shape[..], &[n, k]].concat();
         let found = [&matrices.shape[..], &[rows, cols]].concat();
         if found != expected {
-            let expected = format!("{}, that of the points at t", tuple(&expected));
+            let expected = format!("{}, the shape of curve(t)", tuple(&expected));
             return Err(unexpected("W", &expected, &found));
         }
         Ok(Cotangents { times, matrices })
@@ -45,34 +45,36 @@ impl Cotangents {
 
 #[pymethods]
 impl PyRiemannianCubic {
-    /// How the initial data change where the boundary data do: implicit function theorem.
+    /// Differentiate the initial data with respect to the boundary data, by the implicit function theorem.
     ///
-    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``, which at the end is the
-    /// given basis up to a turn; how the bases turn is left out.
+    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
+    /// end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
+    /// out.
     ///
     /// Parameters
     /// ----------
     /// dS0, dV0, dS1, dV1 : array_like, shape (n, k)
-    ///     Ambient derivatives of the boundary data along a family of data. So ``S.T @ dS`` is skew, and
-    ///     ``S.T @ dV + dV.T @ S + dS.T @ V + V.T @ dS`` vanishes, at both ends.
+    ///     Ambient derivatives of the boundary data along a family of data: at both ends ``S.T @ dS`` is skew, and
+    ///     ``S.T @ dV + dV.T @ S + dS.T @ V + V.T @ dS`` is zero.
     ///
     /// Returns
     /// -------
     /// tuple of ndarray, each of shape (n, k)
-    ///     Ambient derivatives of point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``.
+    ///     Ambient derivatives of point, velocity, covariant acceleration and covariant jerk at the start of
+    ///     ``t_span``.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, a variation that leaves the constraints (with the measured defect).
+    ///     Wrong shape, non-finite entries, or a variation that violates the constraints (with the measured defect).
     /// OutsideDomainError
-    ///     The ends are conjugate along the curve, to 1e-11: the solution does not depend smoothly on them. ``angle`` is
-    ///     None.
+    ///     The ends are conjugate along the curve, to 1e-11, so that the solution does not depend smoothly on them;
+    ///     ``angle`` is None.
     ///
     /// Notes
     /// -----
-    /// Exact derivatives of the flow, no differences. Any Riemannian cubic is the solution of the boundary value problem
-    /// of its own ends; this is the derivative of that solution.
+    /// Derivatives are exact, not finite differences. Any Riemannian cubic solves the boundary value problem of its own
+    /// ends; this is the derivative of that solution.
     fn initial_variation(&self, dS0: &Any, dV0: &Any, dS1: &Any, dV1: &Any) -> PyResult<Four> {
         let data = self.field.matrices(named![dS0, dV0, dS1, dV1])?;
         let kept = self.derivative.clone();
@@ -86,17 +88,18 @@ impl PyRiemannianCubic {
         )
     }
 
-    /// How points of the curve change where the boundary data do.
+    /// Differentiate points of the curve with respect to the boundary data.
     ///
-    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``, which at the end is the
-    /// given basis up to a turn; how the bases turn is left out.
+    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
+    /// end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
+    /// out.
     ///
     /// Parameters
     /// ----------
     /// t : array_like, shape T
     ///     Parameters.
     /// dS0, dV0, dS1, dV1 : array_like, shape (n, k)
-    ///     As in :meth:`initial_variation`.
+    ///     As for :meth:`initial_variation`.
     ///
     /// Returns
     /// -------
@@ -106,7 +109,7 @@ impl PyRiemannianCubic {
     /// Raises
     /// ------
     /// InvalidInputError, OutsideDomainError
-    ///     As :meth:`initial_variation`.
+    ///     As for :meth:`initial_variation`.
     fn point_variation(
         &self,
         t: &Any,
@@ -128,7 +131,7 @@ impl PyRiemannianCubic {
             .like(named![t, dS0, dV0, dS1, dV1])
     }
 
-    /// Gradient of the cost with respect to the boundary data.
+    /// Return the gradient of the cost with respect to the boundary data.
     ///
     /// Returns
     /// -------
@@ -138,38 +141,40 @@ impl PyRiemannianCubic {
     ///
     /// Notes
     /// -----
-    /// By the first variation of the cost at a critical curve: no equation has to be solved.
+    /// Uses the first variation of the cost at a critical curve, so no equation has to be solved.
     fn cost_gradient(&self, py: Python<'_>) -> PyResult<Four> {
         let d = self.run(py, 1.0, |curve, _| curve.cost_gradient())?;
         self.field.four([d.s0, d.v0, d.s1, d.v1], [])
     }
 
-    /// Gradient with respect to the boundary data of ``sum(W * curve(t))``: the transpose of :meth:`point_variation`.
+    /// Return the gradient of ``sum(W * curve(t))`` with respect to the boundary data.
+    ///
+    /// The transpose of :meth:`point_variation`.
     ///
     /// Parameters
     /// ----------
     /// t : array_like, shape T
     ///     Parameters.
     /// W : array_like, shape T + (n, k)
-    ///     Derivatives of a function by the points of the curve there; any matrices.
+    ///     Derivatives of a function with respect to the points ``curve(t)``; need not be tangent.
     ///
     /// Returns
     /// -------
     /// tuple of ndarray, each of shape (n, k)
-    ///     ``(GS0, GV0, GS1, GV1)``: ``sum(W * point_variation(t, dS0, dV0, dS1, dV1))`` is ``sum(GS0 * dS0) + sum(GV0 * dV0) +
-    ///     sum(GS1 * dS1) + sum(GV1 * dV1)`` for every variation of the boundary data.
+    ///     ``(GS0, GV0, GS1, GV1)``: ``sum(W * point_variation(t, dS0, dV0, dS1, dV1))`` equals ``sum(GS0 * dS0) +
+    ///     sum(GV0 * dV0) + sum(GS1 * dS1) + sum(GV1 * dV1)`` for every variation of the boundary data.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite.
+    ///     Wrong shape, non-finite entries.
     /// OutsideDomainError
-    ///     The ends are conjugate along the curve, to 1e-11: the solution does not depend smoothly on them. ``angle`` is
-    ///     None.
+    ///     The ends are conjugate along the curve, to 1e-11, so that the solution does not depend smoothly on them;
+    ///     ``angle`` is None.
     ///
     /// Notes
     /// -----
-    /// One solution of the linear equations, whatever the number of parameters.
+    /// Solves one linear system, whatever the number of parameters.
     fn point_pullback(&self, t: &Any, W: &Any) -> PyResult<Four> {
         let data = Cotangents::read(t, W, (self.curve.n(), self.curve.k()), self.field)?;
         let kept = self.derivative.clone();
@@ -180,18 +185,20 @@ impl PyRiemannianCubic {
         self.field.four([d.s0, d.v0, d.s1, d.v1], named![t, W])
     }
 
-    /// How points of the curve change where its initial data do.
+    /// Differentiate points of the curve with respect to its initial data.
     ///
-    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``, which at the end is the
-    /// given basis up to a turn; how the bases turn is left out.
+    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
+    /// end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
+    /// out.
     ///
     /// Parameters
     /// ----------
     /// t : array_like, shape T
     ///     Parameters.
     /// dS, dV, dA, dJ : array_like, shape (n, k)
-    ///     Ambient derivatives of point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``, along a
-    ///     family of data. So ``S.T @ dS`` is skew, and ``S.T @ dV + dV.T @ S + dS.T @ V + V.T @ dS`` vanishes, for A and J too.
+    ///     Ambient derivatives of point, velocity, covariant acceleration and covariant jerk at the start of
+    ///     ``t_span``, along a family of data: ``S.T @ dS`` is skew, and ``S.T @ dV + dV.T @ S + dS.T @ V + V.T @ dS``
+    ///     is zero, likewise for A and J.
     ///
     /// Returns
     /// -------
@@ -201,7 +208,7 @@ impl PyRiemannianCubic {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, a variation that leaves the constraints (with the measured defect).
+    ///     Wrong shape, non-finite entries, or a variation that violates the constraints (with the measured defect).
     fn initial_point_variation(
         &self,
         t: &Any,
@@ -226,25 +233,27 @@ impl PyRiemannianCubic {
         self.field.numbers(found)?.like(named![t, dS, dV, dA, dJ])
     }
 
-    /// Gradient with respect to the initial data of ``sum(W * curve(t))``: the transpose of :meth:`initial_point_variation`.
+    /// Return the gradient of ``sum(W * curve(t))`` with respect to the initial data.
+    ///
+    /// The transpose of :meth:`initial_point_variation`.
     ///
     /// Parameters
     /// ----------
     /// t : array_like, shape T
     ///     Parameters.
     /// W : array_like, shape T + (n, k)
-    ///     Derivatives of a function by the points of the curve there; any matrices.
+    ///     Derivatives of a function with respect to the points ``curve(t)``; need not be tangent.
     ///
     /// Returns
     /// -------
     /// tuple of ndarray, each of shape (n, k)
-    ///     ``(GS, GV, GA, GJ)``: ``sum(W * initial_point_variation(t, dS, dV, dA, dJ))`` is ``sum(GS * dS) + sum(GV * dV) +
-    ///     sum(GA * dA) + sum(GJ * dJ)`` for every variation of the initial data.
+    ///     ``(GS, GV, GA, GJ)``: ``sum(W * initial_point_variation(t, dS, dV, dA, dJ))`` equals
+    ///     ``sum(GS * dS) + sum(GV * dV) + sum(GA * dA) + sum(GJ * dJ)`` for every variation of the initial data.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite.
+    ///     Wrong shape, non-finite entries.
     fn initial_point_pullback(&self, t: &Any, W: &Any) -> PyResult<Four> {
         let data = Cotangents::read(t, W, (self.curve.n(), self.curve.k()), self.field)?;
         let times = data.times.len() as f64;

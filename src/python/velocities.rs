@@ -8,14 +8,14 @@ use crate::spline::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities as estimated,
 };
 
-/// The estimate of a word, the argument `name`.
+/// The estimate with a given name; `name` is the argument.
 fn read_method(name: &str, method: &str) -> PyResult<VelocityEstimate> {
     let expected = "'catmull-rom', 'akima' or 'natural'";
     VelocityEstimate::from_word(method)
         .ok_or_else(|| invalid!("{name}: expected {expected}, found {method:?}"))
 }
 
-/// Velocities at knots: given, or to be estimated.
+/// Velocities at knots, given or to be estimated.
 pub(super) enum Velocities {
     Given(Batch),
     Estimated(VelocityEstimate),
@@ -45,54 +45,55 @@ impl Velocities {
     }
 }
 
-/// Velocities of a smooth curve at its knots, from the points alone.
+/// Estimate the velocities of a smooth curve at its knots, from the points alone.
 ///
 /// Parameters
 /// ----------
 /// t : array_like, shape (N,)
-///     Times, increasing, two or more.
+///     At least two increasing times.
 /// S : array_like, shape (N, n, k)
 ///     Points with orthonormal columns.
 /// method : "catmull-rom", "akima" or "natural", default "catmull-rom"
-///     ``"catmull-rom"``, the parabola through three neighbours. ``"akima"``, a mean of the slopes on both sides that
-///     does not overshoot beside jumps and at rest (weights of SciPy's ``method="makima"``). ``"natural"``, the
-///     velocities of the natural cubic spline in tangent spaces.
+///     ``"catmull-rom"``, the parabola through three neighbours. ``"akima"``, a weighted mean of the slopes on both
+///     sides that does not overshoot next to jumps and rests (weights of SciPy's ``method="makima"``). ``"natural"``,
+///     the velocities of the natural cubic spline in tangent spaces.
 /// closed : bool, default False
-///     Whether the curve is closed: the last point is the first one, and so is its velocity.
+///     Whether the curve is closed: the last point and velocity equal the first.
 /// num_threads : int, optional
-///     Threads; by default those of the global pool.
+///     Number of threads; by default the size of the global pool.
 /// manifold : Stiefel or Grassmann, optional
-///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-///     whichever, and the last one of a closed curve is any basis of the first subspace.
+///     Manifold of the points; by default Stiefel, real or complex like the arrays. On a :class:`Grassmann` the points
+///     are arbitrary bases of subspaces, and the last point of a closed curve is any basis of the first subspace.
 /// project : bool, default False
-///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
-///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
+///     If True, points with a defect of at most 0.1 are replaced by the nearest points of the manifold, and vectors by
+///     their tangent parts. Otherwise the defect must be at most 1e-9, for arrays in single precision 1e-5; arrays in
+///     single precision are always projected.
 ///
 /// Returns
 /// -------
 /// ndarray, shape (N, n, k)
-///     Tangent vectors at the points, per unit of ``t``. On a :class:`Grassmann` they are horizontal at the given bases: a basis that is
-///     turned turns its own velocity, and no other.
+///     Tangent vectors at the points, per unit of ``t``. On a :class:`Grassmann` they are horizontal at the given
+///     bases: changing the basis of one point changes the matrix of its own velocity only.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal (with the
-///     measured defect), ends that do not close; carries ``knot``.
+///     Mismatched shapes or numbers of knots, non-finite entries, times that do not increase, points not orthonormal
+///     (with the measured defect), closed data that do not close; carries ``knot``.
 /// OutsideDomainError
-///     Neighbours that no quasi-geodesic joins, or subspaces with a principal angle of pi/2 between them; carries ``knot``, the first of
-///     the two, and ``angle``.
+///     No quasi-geodesic joins two consecutive points, or two consecutive subspaces have a principal angle of pi/2;
+///     carries ``knot``, the index of the first, and ``angle``.
 /// TypeError
-///     Complex times, dates and durations.
+///     ``t`` is complex, or holds dates or durations.
 ///
 /// See Also
 /// --------
-/// CubicHermite : the curve through points with velocities; takes the name of a method for them.
+/// CubicHermite : curve through points with velocities; also accepts the name of a method.
 ///
 /// Notes
 /// -----
-/// The formulas of flat space in tangent spaces; quasi-geodesics between neighbours carry vectors from knot to knot, of subspaces
-/// geodesics. On the circle exactly those for the angle.
+/// The formulas of flat space are applied in tangent spaces. Quasi-geodesics between neighbours, for subspaces
+/// geodesics, carry vectors from knot to knot. On the circle the result equals the formulas applied to the angle.
 ///
 /// Examples
 /// --------

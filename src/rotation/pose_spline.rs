@@ -183,7 +183,7 @@ fn check_closed(positions: &[Vector3<f64>]) -> Result<()> {
     }
     let error = Error::InvalidArgument {
         name: "position",
-        requirement: "the first position again (the ends are periodic), this far from it",
+        requirement: "at distance 0 from the first position (periodic ends)",
         found: gap,
     };
     Err(error.at_knot(last))

@@ -192,7 +192,7 @@ impl RotationSpline {
         if determinant < 0.0 {
             return Err(Error::InvalidArgument {
                 name: "curve",
-                requirement: "of rotations; determinant",
+                requirement: "a curve of rotations, of determinant 1",
                 found: determinant,
             });
         }

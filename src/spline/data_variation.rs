@@ -135,8 +135,8 @@ fn check_closed(variation: &SplineVariation<'_>, holonomy: Option<&Mat<f64>>) ->
     }
     let error = Error::InvalidArgument {
         name: POINTS,
-        requirement: "at the last knot what it is at the first (the ends are periodic; of subspaces times Y(t_0)^T Y(t_N) of the \
-                      curve), this far from it",
+        requirement: "at the last knot at distance 0 from its value at the first (periodic ends; for subspaces multiplied by \
+                      Y(t_0)^T Y(t_N) of the curve)",
         found: gap,
     };
     Err(error.at_knot(end))

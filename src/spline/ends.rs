@@ -119,7 +119,7 @@ pub(super) fn check_ends(
             }
             let error = Error::InvalidArgument {
                 name: "S",
-                requirement: "the first point again (the ends are periodic), this far from it",
+                requirement: "at distance 0 from the first point (periodic ends)",
                 found: gap,
             };
             Err(error.at_knot(last))

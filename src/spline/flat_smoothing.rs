@@ -285,7 +285,7 @@ fn rows(lengths: &[f64], weights: &[f64], pull: f64, pliancy: f64) -> Vec<Row<2>
 fn too_unequal(lengths: &[f64]) -> Error {
     Error::InvalidArgument {
         name: "t",
-        requirement: "less unequal; longest over mean time between knots",
+        requirement: "more evenly spaced; ratio of longest to mean interval",
         found: lengths.iter().fold(0.0, |h, x| h.max(*x)),
     }
 }

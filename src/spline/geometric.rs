@@ -94,7 +94,7 @@ pub(super) fn solved<'a>(
     if options.tension != 0.0 {
         return Err(Error::InvalidArgument {
             name: "tension",
-            requirement: "0: a spline of geometric cubics minimises nothing that tension could be added to",
+            requirement: "0 for geometric cubics, which minimise no cost that tension could be added to",
             found: options.tension,
         });
     }

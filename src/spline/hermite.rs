@@ -134,7 +134,7 @@ fn placed(error: Error, leg: usize) -> Error {
             found,
         } => {
             let error = Error::InvalidArgument {
-                name: "V, times the length of its leg",
+                name: "V, times the duration of its piece",
                 requirement,
                 found,
             };

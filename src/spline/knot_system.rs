@@ -76,7 +76,7 @@ pub(super) fn check_size(states: &KnotStates, span: &Span) -> Result<()> {
     }
     Err(Error::InvalidArgument {
         name: "points",
-        requirement: "few and small enough for a derivative of 5e8 numbers",
+        requirement: "few and small enough for the derivative to have at most 5e8 numbers",
         found: numbers,
     })
 }

@@ -114,7 +114,7 @@ impl<C: Curve> Piecewise<C> {
         if self.outside == Outside::Refused && !(first..=last).contains(&t) {
             return Err(Error::InvalidArgument {
                 name: "t",
-                requirement: "between the first and the last knot (or ask for extrapolation)",
+                requirement: "between the first and the last knot (or enable extrapolation)",
                 found: t,
             });
         }

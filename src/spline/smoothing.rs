@@ -232,7 +232,7 @@ pub fn smoothing_spline(
     if options.lambda.is_none() && !lambda.is_normal() {
         return Err(Error::InvalidArgument {
             name: "t",
-            requirement: "in a unit of time in which the lambda that is chosen is neither zero nor infinite",
+            requirement: "in a unit of time in which the chosen lambda neither overflows nor underflows",
             found: knots.unit,
         });
     }
@@ -279,7 +279,7 @@ fn check(
     match lambda {
         Some(found) if found.is_nan() || found < 0.0 => Err(Error::InvalidArgument {
             name: "lam",
-            requirement: "zero or more, or infinite",
+            requirement: "at least 0, or infinite",
             found,
         }),
         _ => Ok(manifold),
@@ -326,8 +326,7 @@ fn between(
     let Some(lambda) = options.lambda else {
         return Err(Error::Shape {
             name: "t",
-            expected: "three times or more, to choose lam by cross-validation, or lam given"
-                .to_owned(),
+            expected: "at least three times for cross-validation, or lam given".to_owned(),
             found: "2".to_owned(),
         });
     };
@@ -375,7 +374,7 @@ fn interpolated(
     if grouped.t.len() < data.len() && dim(manifold, options.quotient) > 0 {
         return Err(Error::InvalidArgument {
             name: "lam",
-            requirement: "positive where times repeat",
+            requirement: "positive if times repeat",
             found: 0.0,
         });
     }

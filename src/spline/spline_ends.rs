@@ -58,8 +58,9 @@ pub(super) fn check_ends(states: &KnotStates, ends: &EndConditions) -> Result<()
     }
 }
 
-const SMOOTH: &str = "a spline: velocity and acceleration are continuous to 1e-6 (solve with a smaller tolerance), this far from it";
-const ENDS: &str = "the end conditions of this spline, met to 1e-6 (solve with a smaller tolerance), this far from it";
+const SMOOTH: &str = "a spline whose velocity and acceleration jump by at most 1e-6 (solve with a smaller tolerance)";
+const ENDS: &str =
+    "a spline that meets its end conditions to 1e-6 (solve with a smaller tolerance)";
 
 fn check(
     found: &Mat<f64>,

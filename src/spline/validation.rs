@@ -126,7 +126,7 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
         if best.0 == f64::INFINITY {
             return Err(Error::InvalidArgument {
                 name: "t",
-                requirement: "less unequal for cross-validation, or lam given; longest over mean time between knots",
+                requirement: "more evenly spaced for cross-validation, or lam given; ratio of longest to mean interval",
                 found: self.chain.lengths().iter().fold(0.0, |h, x| h.max(*x)),
             });
         }

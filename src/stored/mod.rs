@@ -84,18 +84,18 @@ pub(crate) fn refusal(problem: String) -> Error {
 /// Return an error unless format, version and kind can be read.
 pub(crate) fn check_header(format: &str, version: u64) -> Result<()> {
     if format != FORMAT {
-        return Err(refusal(format!("of the format '{format}', not '{FORMAT}'")));
+        return Err(refusal(format!(
+            "expected format '{FORMAT}', found '{format}'"
+        )));
     }
     if version > VERSION {
         let problem = format!(
-            "written by a newer version of the package, form {version}; this one reads {VERSION}"
+            "written by a newer version of the package, form {version}; this version reads form {VERSION}"
         );
         return Err(refusal(problem));
     }
     if version < VERSION {
-        return Err(refusal(format!(
-            "of the form {version}; this package reads {VERSION}"
-        )));
+        return Err(refusal(format!("expected form {VERSION}, found {version}")));
     }
     Ok(())
 }
@@ -156,7 +156,7 @@ impl Fields {
     /// `Stored` if it is missing, if its shape does not match its entries, or if an entry is not finite.
     pub(crate) fn take(&mut self, name: &str) -> Result<Array> {
         let Some(array) = self.0.remove(name) else {
-            return Err(refusal(format!("has no array '{name}'")));
+            return Err(refusal(format!("array '{name}' is missing")));
         };
         let found = array.entries.len();
         if product(&array.shape) != Some(found) {
@@ -203,7 +203,7 @@ impl Fields {
     pub(crate) fn whole(&mut self, name: &str) -> Result<Vec<usize>> {
         let whole = |x: f64| match x {
             x if (0.0..=LARGEST_WHOLE).contains(&x) && x.fract() == 0.0 => Ok(x as usize),
-            x => Err(refusal(format!("{name}: {x} is no count"))),
+            x => Err(refusal(format!("{name}: {x} is not a count"))),
         };
         self.take(name)?.entries.into_iter().map(whole).collect()
     }
@@ -266,7 +266,7 @@ impl Fields {
         })?;
         match self.0.keys().next() {
             None => Ok(taken),
-            Some(name) => Err(refusal(format!("'{name}' is no part of such a curve"))),
+            Some(name) => Err(refusal(format!("unexpected entry '{name}'"))),
         }
     }
 }
@@ -285,10 +285,12 @@ fn report_of(
         .zip(1..)
         .find(|(_, index)| f64::from(*index) == reason);
     let Some((&reason, _)) = known else {
-        return Err(refusal(format!("{reason} is no reason to stop")));
+        return Err(refusal(format!("{reason} is not a reason for stopping")));
     };
     if !(0.0..=LARGEST_WHOLE).contains(&iterations) || iterations.fract() != 0.0 {
-        return Err(refusal(format!("{iterations} is no number of iterations")));
+        return Err(refusal(format!(
+            "{iterations} is not a number of iterations"
+        )));
     }
     if residual < 0.0 || tolerance < 0.0 {
         return Err(refusal(format!(

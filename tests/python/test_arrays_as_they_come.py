@@ -219,7 +219,7 @@ def test_closed_data_stay_closed(coarse, field):
     np.testing.assert_array_equal(V[-1], V[0])
     far = data.copy()
     far[-1] = far[1]
-    with pytest.raises(InvalidInputError, match="again"):
+    with pytest.raises(InvalidInputError, match="from the first point"):
         CubicSpline(np.arange(4.0), far, "periodic", **options)
 
 

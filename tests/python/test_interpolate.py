@@ -126,16 +126,16 @@ def test_plots(files, n, k):
 @pytest.mark.parametrize(
     ("arrays", "options", "message"),
     [
-        ({}, [], "no array 't', which --kind riemannian needs; the file has: none"),
-        ({"t": [0.0, 1.0]}, [], "no array 'S', which --kind riemannian needs; the file has: t"),
-        ({"S": [[[1.0]]]}, [], "no array 't'"),
-        ({"t": [0.0, 1.0], "S": np.eye(2)[:, :, None]}, ["--kind", "hermite"], "no array 'V', which --kind hermite"),
+        ({}, [], "--kind riemannian needs the array 't'; found: none"),
+        ({"t": [0.0, 1.0]}, [], "--kind riemannian needs the array 'S'; found: t"),
+        ({"S": [[[1.0]]]}, [], "needs the array 't'; found: S"),
+        ({"t": [0.0, 1.0], "S": np.eye(2)[:, :, None]}, ["--kind", "hermite"], "--kind hermite needs the array 'V'"),
         (
             {"t": [0.0, 1.0], "S": np.eye(2)[:, :, None]},
             ["--bc-type", "velocities"],
-            "which --bc-type velocities needs",
+            "--bc-type velocities needs the array 'V'",
         ),
-        ({"t": [0.0, 1.0], "S": np.eye(2)[:, :, None], "V": [1.0]}, ["--bc-type", "velocities"], "V: shape"),
+        ({"t": [0.0, 1.0], "S": np.eye(2)[:, :, None], "V": [1.0]}, ["--bc-type", "velocities"], "V: expected shape"),
         ({"t": [1.0, 0.0], "S": np.eye(2)[:, :, None]}, [], "t"),
         ({"t": [0.0, 1.0], "S": 2 * np.eye(2)[:, :, None]}, [], "orthonormal"),
         ({"t": [0.0, 1.0, 2.0], "S": np.eye(2)[:, :, None]}, [], "3"),
@@ -216,8 +216,8 @@ def test_objects_and_single_arrays_are_refused(files, capsys):
     assert run(files, source="objects.npz") == 1
     assert "not an .npz archive of plain arrays" in capsys.readouterr().err
     assert run(files, source="one.npy") == 1
-    assert "one array, where an .npz archive of t and S is needed" in capsys.readouterr().err
-    with pytest.raises(InvalidInputError, match="one array"):
+    assert "expected an .npz archive of t and S, found a single array" in capsys.readouterr().err
+    with pytest.raises(InvalidInputError, match="found a single array"):
         interpolate.read(files / "one.npy")
 
 
@@ -296,10 +296,10 @@ def test_without_matplotlib(files):
     ("options", "message"),
     [
         (["--kind", "cubic"], "invalid choice"),
-        (["--kind", "hermite", "--bc-type", "natural"], "--bc-type goes with"),
-        (["--lam", "1"], "--lam goes with"),
-        (["--kind", "smoothing", "--lam", "-1"], "not a number of zero or more"),
-        (["--kind", "smoothing", "--lam", "nan"], "not a number of zero or more"),
+        (["--kind", "hermite", "--bc-type", "natural"], "--bc-type needs"),
+        (["--lam", "1"], "--lam needs"),
+        (["--kind", "smoothing", "--lam", "-1"], "not a number of at least 0"),
+        (["--kind", "smoothing", "--lam", "nan"], "not a number of at least 0"),
         (["--num", "1"], "whole number from 2"),
         (["--num", "5", "--at", "1"], "not allowed with"),
         (["--at", "1,x"], "comma-separated list of numbers"),
@@ -349,7 +349,7 @@ def test_rounded_points_are_projected_where_it_is_asked_for(tmp_path, capsys):
     source, out = tmp_path / "rounded.npz", tmp_path / "curve.npz"
     np.savez(source, t=np.arange(4.0), S=S)
     assert cli.main(["interpolate", str(source), "--out", str(out)]) == 1
-    assert "exceeds 1.000e-9; --project takes it" in capsys.readouterr().err
+    assert "exceeds 1.000e-9; --project accepts it" in capsys.readouterr().err
     assert cli.main(["interpolate", str(source), "--project", "--out", str(out)]) == 0
     np.testing.assert_allclose(stiefel_rs.load(out)(1.0), Stiefel(3, 2).project(S[1]), atol=1e-13)
 

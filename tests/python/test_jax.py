@@ -289,7 +289,7 @@ def test_arguments_off_their_constraints():
 def test_shapes_that_do_not_fit():
     S, S1 = np.eye(3)[:, :2], np.eye(3)[:, 1:]
     cases = [
-        (lambda: sj.riemannian_cubic(S, S[:, :1], S1, S1, 0.5), r"V0: expected shape \(3, 2\), that of its frame"),
+        (lambda: sj.riemannian_cubic(S, S[:, :1], S1, S1, 0.5), r"V0: expected shape \(3, 2\), the shape of its frame"),
         (lambda: sj.retract(np.eye(3)[:2], np.zeros((2, 3))), r"S: expected shape \(..., n, k\) with 1 <= k <= n"),
         (lambda: sj.skew_exp(np.zeros((2, 3))), r"A: expected shape \(..., m, m\)"),
         (lambda: sj.inverse_retract(S, S1[:, :1]), r"S1: expected shape \(3, 2\), found \(3, 1\)"),

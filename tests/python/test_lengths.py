@@ -145,5 +145,5 @@ def test_bad_input():
 
 def test_more_points_than_fit_in_memory_are_refused():
     curve = QuasiGeodesic([[1.0], [0.0]], [[0.0], [1.0]])
-    with pytest.raises(InvalidInputError, match="count: must be few enough points"):
+    with pytest.raises(InvalidInputError, match="count: must be small enough"):
         curve.resample(10**15)

@@ -167,8 +167,8 @@ def test_rigid_transforms_come_out():
     assert isinstance(spline.rotation(at), Rotation)
     same(spline(at).as_matrix(), PoseSpline(t, homogeneous(q, p))(at), 1e-12)
     same(spline(t).as_matrix(), given.as_matrix(), MET)
-    refuse("one axis of times at most", spline, at.reshape(5, -1))
-    refuse("poses: expected N of them, found a single one", PoseSpline, t, given[0])
+    refuse("at most one axis of times", spline, at.reshape(5, -1))
+    refuse("poses: expected N poses, found a single pose", PoseSpline, t, given[0])
 
 
 def test_matrices_and_pairs_come_out():
@@ -337,7 +337,7 @@ def test_bad_times():
 
 def test_bad_smoothing():
     t, q, p = poses()
-    refuse("smoothing needs at least 5, found 4", PoseSpline.smoothing, t[:4], (q[:4], p[:4]))
+    refuse("smoothing needs at least 5 poses, found 4", PoseSpline.smoothing, t[:4], (q[:4], p[:4]))
     repeated = [*t[:3], t[2], *t[4:]]
     refuse("knot 3: t: must be greater", PoseSpline.smoothing, repeated, (q, p), knot=3)
     for lam in (-1.0, np.nan, (0.1, np.inf), (0.1, -1.0), (1, 2, 3)):
@@ -379,7 +379,7 @@ def test_positions_with_a_large_weight_tend_to_a_line(lam):
     line = np.stack([np.polyval(np.polyfit(t - 2.5, column, 1, w=np.sqrt(w)), t - 2.5) for column in p.T], axis=-1)
     # The deviation from the line falls as 1 / lam, to round-off.
     assert np.abs(spline.position(t) - line).max() < 0.1 / lam + 1e-13
-    with pytest.raises(InvalidInputError, match=r"lam \(1e\+307\), for floats"):
+    with pytest.raises(InvalidInputError, match=r"lam \(1e\+307\) too large"):
         PoseSpline.smoothing(t, (q, p), lam=(1.0, 1e307), weights=w)
 
 

@@ -291,7 +291,7 @@ def test_solvers_that_join_random_points_need_one_component(solver):
 def test_a_determinant_is_checked():
     with pytest.raises(ValueError, match="determinant: must be 1, -1 or None, found 2"):
         StiefelManifold(3, 3, determinant=2)
-    with pytest.raises(ValueError, match=r"determinant: points of St\(3, 2\) have none"):
+    with pytest.raises(ValueError, match=r"determinant: points of St\(3, 2\) do not have a determinant"):
         StiefelManifold(3, 2, determinant=1)
 
 

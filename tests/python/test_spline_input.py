@@ -95,7 +95,7 @@ def test_bad_velocities_name_the_knot():
     fast = V.copy()
     fast[2] *= 60
     with pytest.raises(
-        InvalidInputError, match=r"knot 2: V, times the length of its leg: must be short enough"
+        InvalidInputError, match=r"knot 2: V, times the duration of its piece: must be short enough"
     ) as caught:
         CubicHermite(t, S, fast, "geometric")
     assert caught.value.knot == 2
@@ -156,7 +156,7 @@ def test_bad_ends():
     with pytest.raises(InvalidInputError, match="knot 3: bc_type: not tangent") as caught:
         CubicSpline(t, S, ((1, V[0]), (2, S[3])))
     assert caught.value.knot == 3
-    with pytest.raises(InvalidInputError, match="knot 3: S: must be the first point again") as caught:
+    with pytest.raises(InvalidInputError, match="knot 3: S: must be at distance 0 from the first point") as caught:
         CubicSpline(t, S, "periodic")
     assert caught.value.knot == 3
 
@@ -234,7 +234,8 @@ def test_dates_say_how_to_convert_them():
     converted = []
     for words, ways in advice.items():
         for t in ways:
-            with pytest.raises(TypeError, match=r"t: (datetimes|durations) are not numbers; give seconds: ") as caught:
+            match = r"t: (datetimes|durations) are not numbers; convert them to seconds: "
+            with pytest.raises(TypeError, match=match) as caught:
                 CubicSpline(t, S)
             assert str(caught.value).endswith(words)
             if not isinstance(t, ArrayLike):
@@ -252,5 +253,5 @@ def test_pandas():
         assert np.array_equal(CubicSpline(t, S).t, [0, 1, 2, 5])
     dates = pandas.date_range("2024-04-19", periods=4, tz="UTC")
     for t in (dates, dates.tz_localize(None), pandas.Series(dates), dates - dates[0], list(dates)):
-        with pytest.raises(TypeError, match="are not numbers; give seconds"):
+        with pytest.raises(TypeError, match="are not numbers; convert them to seconds"):
             CubicSpline(t, S)

@@ -282,7 +282,7 @@ def test_smoothing_splines_lie_between_the_data_and_a_geodesic():
 def test_bad_arguments_of_smoothing_splines():
     t, S = walk(3, 2, 5, 0.3)
     for lam in (-1.0, np.nan, -np.inf):
-        with pytest.raises(InvalidInputError, match="lam: must be zero or more, or infinite"):
+        with pytest.raises(InvalidInputError, match="lam: must be at least 0, or infinite"):
             SmoothingSpline(t, S, lam=lam)
     for weights, match in (
         (np.ones(4), "weights: expected shape one for each of the 5 points"),

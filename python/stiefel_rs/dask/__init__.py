@@ -1,7 +1,7 @@
-"""Batches on a cluster: boundary problems, splines and maps of the manifold over `dask.array`. Needs the extra `dask`.
+"""Batches on a cluster: boundary problems, splines and maps of the manifold for `dask.array`. Needs the extra `dask`.
 
-Nothing runs before it is computed. Tasks are pure functions of arrays, on one thread each; results are those of the
-package in one process, to the last bit. `docs/dask.md` is the guide.
+Evaluation is lazy. Tasks are pure functions of arrays, each on one thread; results equal those of the package in one
+process to the last bit. The guide is `docs/dask.md`.
 """
 
 from ._boundary import solve_boundary

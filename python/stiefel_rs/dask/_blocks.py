@@ -1,4 +1,4 @@
-"""Arrays on their way into tasks: checked, broadcast, and cut into blocks along their leading axes."""
+"""Preparation of arrays for tasks: validation, broadcasting, and blocks along the leading axes."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Chunks: TypeAlias = tuple[tuple[int, ...], ...]
 
 
 def frames(core: int, **arrays: Batch) -> tuple[dict[str, Loaded], Number]:
-    """Take arrays of frames or of vectors: all as float64, or as complex128 where one is complex.
+    """Read arrays of frames or vectors as float64, or all as complex128 if one of them is complex.
 
     Raises
     ------
     InvalidInputError, TypeError
-        As `load`.
+        As for `load`.
     """
     loaded = {name: load(name, array, core, np.complex128) for name, array in arrays.items()}
     number: Number = np.complex128 if any(array.dtype.kind == "c" for array in loaded.values()) else np.float64
@@ -35,16 +35,16 @@ def frames(core: int, **arrays: Batch) -> tuple[dict[str, Loaded], Number]:
 
 
 def load(name: str, array: Batch, core: int, largest: Number = np.float64) -> Loaded:
-    """Take an array with at least `core` axes as one of float64, or of complex128 where `largest` allows it.
+    """Read an array with at least `core` axes as float64, or as complex128 if `largest` allows it.
 
-    What is in memory is checked for numbers that are not finite; what is not, by the tasks.
+    Arrays in memory are checked for non-finite entries here, other arrays in the tasks.
 
     Raises
     ------
     InvalidInputError
         Too few axes, unknown sizes, or an entry that is not finite.
     TypeError
-        Not such numbers.
+        The numbers are of another type.
     """
     given = array if isinstance(array, da.Array) else _in_memory(name, array)
     if not np.can_cast(given.dtype, largest, "same_kind"):
@@ -53,7 +53,7 @@ def load(name: str, array: Batch, core: int, largest: Number = np.float64) -> Lo
     if given.ndim < core:
         raise InvalidInputError(f"{name}: expected at least {core} axes, found shape {given.shape}")
     if any(math.isnan(size) for size in given.shape):
-        raise InvalidInputError(f"{name}: sizes of its blocks are unknown, compute_chunk_sizes() finds them")
+        raise InvalidInputError(f"{name}: the sizes of its blocks are unknown; call compute_chunk_sizes()")
     return given.astype(np.complex128 if given.dtype.kind == "c" else np.float64)
 
 
@@ -70,7 +70,7 @@ def _in_memory(name: str, array: ArrayLike) -> NDArray[Any]:
 
 
 def require_core(name: str, array: Loaded, core: tuple[int | None, ...]) -> None:
-    """Raise unless the last axes have these sizes; `None` is any."""
+    """Raise unless the last axes have the given sizes; `None` stands for any size."""
     found = array.shape[array.ndim - len(core) :]
     if any(size is not None and size != at for size, at in zip(core, found, strict=True)):
         expected = ", ".join("any" if size is None else str(size) for size in core)
@@ -78,10 +78,10 @@ def require_core(name: str, array: Loaded, core: tuple[int | None, ...]) -> None
 
 
 def leading_chunks(arrays: Mapping[str, tuple[Loaded, int]], chunk: int | None, default: int) -> Chunks:
-    """Blocks of the leading axes that the arrays broadcast to.
+    """Return blocks of the leading axes after broadcasting.
 
-    With `chunk`, a block has at most that many members: last axes are kept whole first. Without, those of the first
-    dask array that has all leading axes in more than one block; else `default` members.
+    With `chunk`, a block has at most that many members; the first axes are split first. Otherwise the blocks are those
+    of the first dask array that has all leading axes and more than one block, or have `default` members.
     """
     shapes = {name: array.shape[: array.ndim - core] for name, (array, core) in arrays.items()}
     try:
@@ -108,7 +108,7 @@ def _cut(shape: Sequence[int], limit: int) -> Chunks:
 
 
 def positive(name: str, number: int) -> int:
-    """Return the number, an integer of at least 1; raise where it is none."""
+    """Return an integer of at least 1; raise for other values."""
     if isinstance(number, bool) or not isinstance(number, (int, np.integer)):
         raise TypeError(f"{name}: expected an integer, found {number!r}")
     if number < 1:
@@ -117,14 +117,14 @@ def positive(name: str, number: int) -> int:
 
 
 def align(array: Loaded, core: int, chunks: Chunks) -> da.Array:
-    """Broadcast the leading axes and cut them; the last `core` axes are in one block."""
+    """Broadcast the leading axes and split them into blocks; the last `core` axes form one block."""
     inner = array.shape[array.ndim - core :]
     shape = tuple(sum(blocks) for blocks in chunks) + inner
     whole = (*chunks, *((size,) for size in inner))
     if not isinstance(array, da.Array):
         array = da.from_array(array, chunks=whole if array.shape == shape else -1)
     if array.shape != shape:
-        # Axes that are stretched are one block of size 1 until then.
+        # Axes to be broadcast have one block of size 1 before.
         array = da.broadcast_to(array, shape, chunks=_stretchable(array, whole))
     return array.rechunk(whole)
 
@@ -139,21 +139,21 @@ def _stretchable(array: da.Array, chunks: Chunks) -> Chunks:
 
 @dataclass(frozen=True)
 class Work:
-    """What is done with a batch, block by block, and what each member gives: a record.
+    """A task for the blocks of a batch, which returns a record for each member.
 
     Attributes
     ----------
     task : callable
-        ``task(*blocks, origin=..., dtype=..., **settings)`` gives the records of a block. Of a module, so that its name
-        is all that travels.
+        ``task(*blocks, origin=..., dtype=..., **settings)`` returns the records of a block. A function at module level,
+        so that only its name is sent to workers.
     arrays : sequence of dask.array.Array
-        With equal leading axes and blocks, and further axes in one block.
+        Arrays with equal leading axes and blocks, and other axes in one block.
     cores : sequence of int
-        Numbers of further axes.
+        Numbers of other axes.
     dtype : numpy.dtype
-        Of a record.
+        Type of a record.
     settings : mapping of str to object
-        Small: they travel with every task.
+        Small objects, which are sent with every task.
     """
 
     task: Any
@@ -185,7 +185,7 @@ class Work:
 
 
 def at_origin(*blocks: Any, task: Any, lead: int, settings: Mapping[str, Any]) -> NDArray[Any]:
-    """Run a task with the place of its block among the leading axes of the whole."""
+    """Run a task with the position of its block in the leading axes of the whole array."""
     arrays = [_unwrapped(block) for block in blocks]
     numbers = arrays[len(arrays) - lead :]
     origin = tuple(int(axis[0]) if axis.size else 0 for axis in numbers)
@@ -194,7 +194,7 @@ def at_origin(*blocks: Any, task: Any, lead: int, settings: Mapping[str, Any]) -
 
 
 def _unwrapped(block: Any) -> NDArray[Any]:
-    # Axes that the records do not have come as lists of their blocks, of which there is one.
+    # Axes that records do not have arrive as lists of their blocks, of length one.
     while isinstance(block, list):
         (block,) = block
     _check_unmasked("block", block)

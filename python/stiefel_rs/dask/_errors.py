@@ -1,4 +1,4 @@
-"""Errors of tasks name the member of the whole sweep that they are about."""
+"""Errors of tasks, with the index of the problem in the whole sweep."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _MEMBER = re.compile(r" \(batch member (\d+)\)$")
 
 
 def of_problem(error: StiefelError, problem: tuple[int, ...]) -> StiefelError:
-    """Return the same error, said of this problem; carries the index as `problem`."""
+    """Return the error with the index of its problem in the message and in the attribute `problem`."""
     text = f"problem {label(problem)}: {error}" if problem else str(error)
     if isinstance(error, OutsideDomainError):
         located: StiefelError = type(error)(text, error.angle)
@@ -25,7 +25,7 @@ def of_problem(error: StiefelError, problem: tuple[int, ...]) -> StiefelError:
 
 
 def of_batch(error: StiefelError, origin: tuple[int, ...], shape: Sequence[int]) -> StiefelError:
-    """Return the same error of a batch at `origin`, said of the member of the whole."""
+    """Return an error of a block that starts at `origin` as an error of the problem in the whole sweep."""
     found = _MEMBER.search(str(error))
     inside = _unravelled(int(found[1]), shape) if found else (0,) * len(origin)
     plain = type(error)(_MEMBER.sub("", str(error)))
@@ -42,5 +42,5 @@ def _unravelled(flat: int, shape: Sequence[int]) -> tuple[int, ...]:
 
 
 def label(problem: tuple[int, ...]) -> str:
-    """Text of an index: a number on one axis."""
+    """Return an index as text; for a single axis, a number."""
     return str(problem[0]) if len(problem) == 1 else str(problem)

@@ -1,4 +1,4 @@
-"""Positions and derivatives of many cubics at the same times."""
+"""Evaluation of many cubics at the same times."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ def evaluate(
     t_end: float = 1.0,
     chunk: int | None = None,
 ) -> da.Array:
-    """Evaluate a cubic for each member of a batch. Nothing runs before it is computed.
+    """Evaluate a cubic for each member of a batch. Evaluation is lazy.
 
     Parameters
     ----------
     t : array_like, shape T
         Times, the same for all members.
     S, V, A, J : dask array or array_like, shape (..., n, k)
-        Riemannian cubics: point, velocity, covariant acceleration and covariant jerk at ``t = 0``, as the fields of
-        :func:`solve_boundary`. Geometric cubics: ``S0, V0, S1, V1``, the ends.
+        For Riemannian cubics: point, velocity, covariant acceleration and covariant jerk at ``t = 0``, as in the fields
+        of :func:`solve_boundary`. For geometric cubics: the ends ``S0, V0, S1, V1``.
     what : "point", "velocity", "acceleration" or "jerk", default "point"
-        The last two covariant.
+        Quantity to evaluate; acceleration and jerk are covariant.
     kind : "riemannian" or "geometric", default "riemannian"
         ``RiemannianCubic.from_initial`` or ``GeometricCubic``.
     t_end : float, default 1.0
         End of the interval of Riemannian cubics.
     chunk : int, optional
-        Members per task, as for :func:`solve_boundary`; by default 2500.
+        Largest number of members per task, as for :func:`solve_boundary`; by default 2500.
 
     Returns
     -------
@@ -57,9 +57,9 @@ def evaluate(
     Raises
     ------
     InvalidInputError
-        Shapes that do not match, an entry in memory that is not finite, an option out of its range.
+        Mismatched shapes, a non-finite entry of an array in memory, an option out of range.
     TypeError
-        Neither real nor complex numbers.
+        The numbers are neither real nor complex.
 
     Examples
     --------
@@ -91,9 +91,9 @@ def evaluate(
 
 
 def _try_interval(t_end: float, shape: tuple[int, int]) -> None:
-    """Make a curve that stands still: it raises where there is no such interval."""
+    """Make a constant curve, which raises if the interval is invalid."""
     rest = np.zeros(shape)
-    # Checkers of types see no static methods in a class whose constructor never returns.
+    # Type checkers find no static methods in a class whose constructor never returns.
     cubics: Any = stiefel_rs.RiemannianCubic
     cubics.from_initial(np.eye(*shape), rest, rest, rest, t_end)
 
@@ -111,7 +111,7 @@ def evaluate_block(
     """Evaluate the cubics of one block."""
     _records.require_version(version)
     records = np.zeros(data[0].shape[:-2], dtype)
-    # Checkers of types see no static methods in a class whose constructor never returns.
+    # Type checkers find no static methods in a class whose constructor never returns.
     cubics: Any = stiefel_rs.RiemannianCubic
 
     def solve(index: tuple[int, ...]) -> None:

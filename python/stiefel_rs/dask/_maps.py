@@ -1,4 +1,4 @@
-"""Maps of the manifold and of rotations, over dask arrays."""
+"""Maps of the manifold and of rotations for dask arrays."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ _REPORT = ("converged", "iterations", "residual", "length", "certainly_shortest"
 
 
 class Stiefel:
-    """The manifold `St(n, k)` with the methods of :class:`stiefel_rs.Stiefel`, over dask arrays.
+    """Stiefel manifold `St(n, k)` with the methods of :class:`stiefel_rs.Stiefel`, for dask arrays.
 
-    Every method takes dask arrays, or whatever NumPy takes, of shape (..., n, k) whose leading axes broadcast, and
-    returns dask arrays. Errors come when these are computed, are those of the method of the same name, and carry the
-    index of the member as ``problem``. Blocks are cut along leading axes: those of the first argument that has all of
-    them in more than one block, otherwise of 10000 members; the last two axes are in one block.
+    Every method accepts dask arrays or array-likes of shape (..., n, k), broadcasts their leading axes, and returns
+    dask arrays. Computing these raises the same errors as the method of :class:`stiefel_rs.Stiefel`, with the index of
+    the member in the attribute ``problem``. Blocks along the leading axes are those of the first argument that has all
+    of them in more than one block, or else have 10000 members; the last two axes form one block.
 
     Parameters
     ----------
     n, k : int
-        Rows and columns, ``1 <= k <= n``.
+        Numbers of rows and columns, ``1 <= k <= n``.
     metric : "canonical", "euclidean" or float, default "canonical"
         As for :class:`stiefel_rs.Stiefel`.
     field : "real" or "complex", default "real"
@@ -63,76 +63,76 @@ class Stiefel:
         return f"stiefel_rs.dask.Stiefel({self.n}, {self.k}, metric={self.alpha}{field})"
 
     def project(self, Y: Batch) -> da.Array:
-        """Nearest points, shape (..., n, k)."""
+        """Return the nearest points, shape (..., n, k)."""
         return self._vectors("project", Y=Y)
 
     def project_tangent(self, S: Batch, Z: Batch) -> da.Array:
-        """Tangent vectors at `S` nearest to `Z`, shape (..., n, k)."""
+        """Return the tangent vectors at `S` nearest to `Z`, shape (..., n, k)."""
         return self._vectors("project_tangent", S=S, Z=Z)
 
     def inner(self, S: Batch, V: Batch, W: Batch) -> da.Array:
-        """Inner products of tangent vectors, shape (...)."""
+        """Return inner products of tangent vectors, shape (...)."""
         return self._numbers("inner", S=S, V=V, W=W)
 
     def norm(self, S: Batch, V: Batch) -> da.Array:
-        """Norms of tangent vectors, shape (...)."""
+        """Return norms of tangent vectors, shape (...)."""
         return self._numbers("norm", S=S, V=V)
 
     def decompose(self, S: Batch, V: Batch) -> tuple[da.Array, da.Array]:
-        """Pairs ``(X, Omega)`` with ``V = X S + S Omega``, shapes (..., n, n) and (..., k, k)."""
+        """Return the pairs ``(X, Omega)`` with ``V = X S + S Omega``, shapes (..., n, n) and (..., k, k)."""
         found = self._records("decompose", [("X", (self.n, self.n)), ("Omega", (self.k, self.k))], {}, S=S, V=V)
         return found["X"], found["Omega"]
 
     def compose(self, S: Batch, X: Batch, Omega: Batch) -> da.Array:
-        """Tangent vectors ``X S + S Omega``, shape (..., n, k)."""
+        """Return the tangent vectors ``X S + S Omega``, shape (..., n, k)."""
         return self._vectors("compose", S=S, X=X, Omega=Omega)
 
     def exp(self, S: Batch, V: Batch) -> da.Array:
-        """Give the ends of geodesics, shape (..., n, k)."""
+        """Return the end points of geodesics, shape (..., n, k)."""
         return self._vectors("exp", S=S, V=V)
 
     def log(self, S0: Batch, S1: Batch) -> da.Array:
-        """Give initial velocities of geodesics from `S0` to `S1`, shape (..., n, k)."""
+        """Return the initial velocities of geodesics from `S0` to `S1`, shape (..., n, k)."""
         return self._vectors("log", S0=S0, S1=S1)
 
     def log_report(self, S0: Batch, S1: Batch) -> tuple[da.Array, dict[str, da.Array]]:
-        """Logarithms, and the report of ``log(..., full_output=True)`` as arrays of shape (...) by their names."""
+        """Return logarithms, and the report of ``log(..., full_output=True)`` as a dictionary of arrays."""
         layout: Layout = [("V", (self.n, self.k)), *((name, ()) for name in _REPORT)]
         found = self._records("log", layout, {"full_output": True}, S0=S0, S1=S1)
         return found["V"], {name: found[name] for name in _REPORT}
 
     def dist(self, S0: Batch, S1: Batch) -> da.Array:
-        """Distances, shape (...)."""
+        """Return distances, shape (...)."""
         return self._numbers("dist", S0=S0, S1=S1)
 
     def retract(self, S: Batch, V: Batch, kind: Retraction = "quasi_geodesic") -> da.Array:
-        """Retractions of tangent vectors, shape (..., n, k)."""
+        """Return retractions of tangent vectors, shape (..., n, k)."""
         member("kind", kind, Retraction)
         return self._vectors("retract", {"kind": kind}, S=S, V=V)
 
     def inverse_retract(self, S0: Batch, S1: Batch, kind: Retraction = "quasi_geodesic") -> da.Array:
-        """Tangent vectors at `S0` whose retractions are `S1`, shape (..., n, k)."""
+        """Return the tangent vectors at `S0` whose retractions are `S1`, shape (..., n, k)."""
         member("kind", kind, Retraction)
         return self._vectors("inverse_retract", {"kind": kind}, S0=S0, S1=S1)
 
     def transport(self, S: Batch, V: Batch, W: Batch) -> da.Array:
-        """Parallel transports of `W` along the geodesics of `V`, shape (..., n, k)."""
+        """Transport `W` in parallel along the geodesics with initial velocities `V`, shape (..., n, k)."""
         return self._vectors("transport", S=S, V=V, W=W)
 
     def curvature(self, S: Batch, U: Batch, V: Batch, W: Batch) -> da.Array:
-        """Curvature tensor applied to tangent vectors, shape (..., n, k)."""
+        """Apply the curvature tensor to tangent vectors, shape (..., n, k)."""
         return self._vectors("curvature", S=S, U=U, V=V, W=W)
 
     def sectional_curvature(self, S: Batch, U: Batch, V: Batch) -> da.Array:
-        """Curvatures of planes, shape (...)."""
+        """Return the sectional curvatures of planes, shape (...)."""
         return self._numbers("sectional_curvature", S=S, U=U, V=V)
 
     def euclidean_to_riemannian_gradient(self, S: Batch, G: Batch) -> da.Array:
-        """Riemannian gradients, shape (..., n, k)."""
+        """Return Riemannian gradients, shape (..., n, k)."""
         return self._vectors("euclidean_to_riemannian_gradient", S=S, G=G)
 
     def euclidean_to_riemannian_hessian(self, S: Batch, G: Batch, H: Batch, V: Batch) -> da.Array:
-        """Riemannian Hessians applied to tangent vectors, shape (..., n, k)."""
+        """Apply Riemannian Hessians to tangent vectors, shape (..., n, k)."""
         return self._vectors("euclidean_to_riemannian_hessian", S=S, G=G, H=H, V=V)
 
     def _vectors(self, method: str, keywords: dict[str, Any] | None = None, /, **arrays: Batch) -> da.Array:
@@ -152,12 +152,12 @@ class Stiefel:
 
 
 def skew_exp(A: Batch) -> da.Array:
-    """Exponentials of skew-symmetric matrices, shape (..., m, m), as :func:`stiefel_rs.skew_exp`."""
+    """Return exponentials of skew-symmetric matrices, shape (..., m, m); see :func:`stiefel_rs.skew_exp`."""
     return _square("skew_exp", "A", A)
 
 
 def orthogonal_log(Q: Batch) -> da.Array:
-    """Principal logarithms of rotations, shape (..., m, m), as :func:`stiefel_rs.orthogonal_log`."""
+    """Return principal logarithms of rotations, shape (..., m, m); see :func:`stiefel_rs.orthogonal_log`."""
     return _square("orthogonal_log", "Q", Q)
 
 

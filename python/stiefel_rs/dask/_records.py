@@ -1,4 +1,4 @@
-"""What is known of a problem once its task has run: one record each, numbers and words side by side."""
+"""Records of solved problems: one structured array element per problem."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from ._errors import of_problem
 
 OnError = Literal["raise", "mark"]
 
-# Bytes: longer than every text of the package; what is longer is cut.
+# Largest length in bytes: exceeds all messages of the package; longer ones are truncated.
 MESSAGE = 300
 SOLVER = ("converged", "iterations", "residual")
 FAILURE = ("code", "message")
 
 
 class Outcome(IntEnum):
-    """How a problem of a sweep ended: the values of its field ``code``."""
+    """Outcome of a problem of a sweep: the values of the field ``code``."""
 
     SOLVED = 0
     INVALID_INPUT = 1
@@ -35,7 +35,7 @@ class Outcome(IntEnum):
 
 
 def record(fields: Sequence[str], arrays: dict[str, tuple[int, ...]], number: Number = np.float64) -> np.dtype[Any]:
-    """Type of a record with these fields; shapes of those that are arrays of numbers, and of which numbers."""
+    """Return the type of a record with the given fields; `arrays` has the shapes of arrays of `number`."""
     plain: dict[str, Any] = {
         "cost": np.float64,
         "converged": np.bool_,
@@ -48,7 +48,7 @@ def record(fields: Sequence[str], arrays: dict[str, tuple[int, ...]], number: Nu
 
 
 def choose(fields: Sequence[str] | None, known: Sequence[str], default: Sequence[str]) -> tuple[str, ...]:
-    """Return the fields that are asked for, in their usual order; raise where one is unknown."""
+    """Return the requested fields in their usual order; raise if one is unknown."""
     if fields is None:
         return tuple(default)
     if not isinstance(fields, Iterable):
@@ -62,7 +62,7 @@ def choose(fields: Sequence[str] | None, known: Sequence[str], default: Sequence
 
 
 def store_report(records: NDArray[Any], index: tuple[int, ...], report: SolverReport | None) -> None:
-    """Set the fields of the solver; a closed form has no steps and nothing to converge."""
+    """Set the fields of the solver; for a closed form they are True, 0 and 0."""
     values = {"converged": True, "iterations": 0, "residual": 0.0}
     if report is not None:
         values = {name: getattr(report, name) for name in SOLVER}
@@ -70,7 +70,7 @@ def store_report(records: NDArray[Any], index: tuple[int, ...], report: SolverRe
 
 
 def store(records: NDArray[Any], index: tuple[int, ...], **values: Any) -> None:
-    """Set those of the fields that the records have."""
+    """Set the given fields, except those that the records do not have."""
     for name, value in values.items():
         if name in (records.dtype.names or ()):
             records[name][index] = value
@@ -79,7 +79,7 @@ def store(records: NDArray[Any], index: tuple[int, ...], **values: Any) -> None:
 def each(
     records: NDArray[Any], origin: tuple[int, ...], on_error: OnError, solve: Callable[[tuple[int, ...]], None]
 ) -> None:
-    """Solve the problems of a block one after the other; an error is raised as of its problem, or marked."""
+    """Solve the problems of a block one after the other; raise errors with the index of the problem, or mark them."""
     for index in np.ndindex(records.shape):
         try:
             solve(index)
@@ -90,7 +90,7 @@ def each(
 
 
 def mark(records: NDArray[Any], index: tuple[int, ...], error: StiefelError) -> None:
-    """Set the record of a problem that failed: numbers are NaN, and code and text say why."""
+    """Set the record of a failed problem: numbers to NaN, and code and message of the error."""
     for name in records.dtype.names or ():
         if records.dtype[name].base in (np.float64, np.complex128):
             records[name][index] = np.nan
@@ -115,6 +115,6 @@ def _code(error: StiefelError) -> Outcome:
 
 
 def require_version(expected: str) -> None:
-    """Raise where this process has another version of the package than the one that made the graph."""
+    """Raise unless this process has the same version of the package as the client that made the graph."""
     if stiefel_rs.__version__ != expected:
         raise RuntimeError(f"this worker has stiefel_rs {stiefel_rs.__version__}, the client {expected}")

@@ -38,41 +38,41 @@ def splines(
     tol: float | None = None,
     max_iterations: int | None = None,
 ) -> Sweep:
-    """Splines through the points of each member of a batch. Nothing runs before it is computed.
+    """Interpolate the points of each member of a batch by a spline. Evaluation is lazy.
 
     Parameters
     ----------
     t : dask array or array_like, shape (..., N)
-        Times of the knots, increasing; leading axes broadcast against those of `S`.
+        Increasing times of the knots; leading axes broadcast against those of `S`.
     S : dask array or array_like, shape (..., N, n, k)
         Points.
     V : dask array or array_like, shape (..., N, n, k), or str, optional
-        Velocities at the points, or the name of an estimate: a ``CubicHermite``. By default a ``CubicSpline``.
+        Velocities at the points, or the name of an estimate, for a ``CubicHermite``. By default a ``CubicSpline``.
     bc_type : "natural", "clamped" or "periodic", default "natural"
-        As for ``CubicSpline``; not with `V`.
+        As for ``CubicSpline``; only without `V`.
     kind : "riemannian" or "geometric", default "riemannian"
-        What the pieces are.
+        Kind of the pieces.
     at : array_like, shape T, optional
-        Times of the field ``points``, the same for all members, inside of the knots.
+        Times of the field ``points``, the same for all members, between the knots.
     fields, on_error, chunk
         As for :func:`solve_boundary`; by default 50 splines per task.
     tol, max_iterations
-        As for ``CubicSpline``; not with `V`.
+        As for ``CubicSpline``; only without `V`.
 
     Returns
     -------
     Sweep
-        ``velocities`` : shape (..., N, n, k), at the knots; with them, ``splines(t, S, velocities)`` are the same
-        curves up to the tolerance, without the search. ``points`` : shape (...) + T + (n, k), only with `at`.
-        ``cost``, ``converged``, ``iterations``, ``residual``, ``code``, ``message`` : as of :func:`solve_boundary`;
-        with `V` nothing iterates over all pieces, and they say True, 0, 0.
+        ``velocities`` : shape (..., N, n, k), at the knots; ``splines(t, S, velocities)`` gives the same curves up to
+        the tolerance, without solving again. ``points`` : shape (...) + T + (n, k), only with `at`.
+        ``cost``, ``converged``, ``iterations``, ``residual``, ``code``, ``message`` : as for :func:`solve_boundary`;
+        with `V` the pieces are independent, and the fields of the solver are True, 0 and 0.
 
     Raises
     ------
     InvalidInputError
-        Shapes that do not match, an entry in memory that is not finite, an option out of its range.
+        Mismatched shapes, a non-finite entry of an array in memory, an option out of range.
     TypeError
-        Neither real nor complex numbers; complex times.
+        The numbers are neither real nor complex, or times are complex.
 
     Examples
     --------
@@ -107,7 +107,7 @@ def splines(
     if V is None:
         options["bc_type"] = bc_type
     elif options or bc_type != "natural":
-        raise InvalidInputError("V: with velocities there is no bc_type, tol or max_iterations")
+        raise InvalidInputError("V: with velocities, bc_type, tol and max_iterations are not available")
     _try_options(kind, method, options, (min(count, 4), n, k))
     when = None if at is None else checked_times(at)
     if when is not None and isinstance(knots, np.ndarray):
@@ -130,11 +130,11 @@ def _require_inside(at: NDArray[np.float64], knots: NDArray[np.float64]) -> None
     first, last = knots[..., 0].max(), knots[..., -1].min()
     outside = at[(at < first) | (at > last)]
     if outside.size:
-        raise InvalidInputError(f"at: {outside[0]} is outside of the knots, which run from {first} to {last}")
+        raise InvalidInputError(f"at: {outside[0]} is outside the knots, which range from {first} to {last}")
 
 
 def _try_options(kind: Kind, method: str, options: dict[str, Any], shape: tuple[int, int, int]) -> None:
-    """Make a spline through points that stand still: it raises where an option is wrong, whatever the data."""
+    """Make a spline through equal points, which raises if an option is invalid."""
     points = np.broadcast_to(np.eye(*shape[1:]), shape)
     data = [np.arange(float(shape[0])), points]
     _curve([*data, 0 * points] if method == "hermite" else data, kind, method, options)
@@ -151,7 +151,7 @@ def spline_block(
     options: dict[str, Any],
     version: str,
 ) -> NDArray[Any]:
-    """Splines of one block, one after the other."""
+    """Solve for the splines of one block, one after the other."""
     _records.require_version(version)
     records = np.zeros(data[0].shape[:-1], dtype)
 

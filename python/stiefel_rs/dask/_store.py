@@ -1,4 +1,4 @@
-"""Sweeps as Zarr groups: one array for each field, a manifest, and a checksum for each block that is complete."""
+"""Sweeps as Zarr groups: one array per field, a manifest, and a checksum for each complete block."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from . import _blocks
 FORMAT = "stiefel_rs sweep"
 VERSION = 1
 _MANIFEST = "stiefel_rs"
-# Of each block: 0, or a checksum of its records once all are written.
+# For each block 0, or a checksum of its records once they are written.
 _DONE = "complete"
-# What a sweep must have in common with a store that it goes on with, and how it is told.
+# Entries of the manifest that a sweep must share with a store to resume it, and their names in messages.
 _COMPARED = {
     "format": "format",
     "version": "version of the format",
@@ -42,9 +42,9 @@ _COMPARED = {
 
 
 def writing(path: str, work: _blocks.Work, records: da.Array, resume: bool, keywords: Mapping[str, Any]) -> Delayed:
-    """Begin the store, or find what it lacks; return what solves and writes that."""
+    """Create a store, or find its missing blocks; return a delayed object that solves and writes these."""
     if not resume and _something_at(path):
-        raise InvalidInputError(f"{path}: there is something already; resume=True goes on with a sweep")
+        raise InvalidInputError(f"{path}: already exists; use resume=True to continue a sweep")
     _require_regular(records.chunks)
     manifest = _manifest(work, records, _digest(work, keywords))
     if _something_at(path):
@@ -64,40 +64,41 @@ def writing(path: str, work: _blocks.Work, records: da.Array, resume: bool, keyw
 
 
 def address(store: str | os.PathLike[str]) -> str:
-    """Return the address as workers have to know it, in whatever folder they run."""
+    """Return the address in a form that workers in any folder can use."""
     path = os.fsdecode(store)
     if path.startswith("file://"):
-        # fsspec's files do not make folders.
+        # fsspec does not create folders for file addresses.
         path = url2pathname(path.removeprefix("file://"))
     return path if "://" in path else os.path.abspath(path)
 
 
 def from_zarr(store: str | os.PathLike[str], *, check: bool = True) -> dict[str, da.Array]:
-    """Fields of a sweep that ``to_zarr`` has written, as dask arrays.
+    """Load the fields of a sweep that was written by ``to_zarr``, as dask arrays.
 
     Parameters
     ----------
     store : str or os.PathLike
-        Where it was written to.
+        Address of the store.
     check : bool, default True
-        Read everything once, in tasks, and compare checksums.
+        If True, read everything once, in tasks, and compare checksums.
 
     Returns
     -------
     dict of str to dask array
-        By the names of fields, in the blocks that were written.
+        Fields by name, in the blocks in which they were written.
 
     Raises
     ------
     InvalidInputError
-        Nothing there, no sweep of this package, of a newer version, not complete, or damaged; names the store.
+        The store does not exist, is not a sweep of this package, has another version, is incomplete, or is damaged. The
+        message names the store.
     """
     path = address(store)
     group, manifest = _open(path)
     marks = _marks(path, group, manifest)
     if open_blocks := int((marks == 0).sum()):
         raise InvalidInputError(
-            f"{path}: {open_blocks} of {marks.size} blocks are not complete; to_zarr(..., resume=True) goes on"
+            f"{path}: {open_blocks} of {marks.size} blocks are incomplete; continue with to_zarr(..., resume=True)"
         )
     if check:
         _verify(path, marks, manifest, {})
@@ -105,10 +106,10 @@ def from_zarr(store: str | os.PathLike[str], *, check: bool = True) -> dict[str,
 
 
 def _require_regular(chunks: _blocks.Chunks) -> None:
-    """Raise unless blocks are equal, up to a shorter last one: two tasks must not write to one chunk of Zarr."""
+    """Raise unless all blocks except the last have equal sizes: two tasks must not write to the same Zarr chunk."""
     for axis, widths in enumerate(chunks):
         if len(set(widths[:-1])) > 1 or (len(widths) > 1 and widths[-1] > widths[0]):
-            raise InvalidInputError(f"axis {axis} has blocks of sizes {widths}, Zarr needs equal ones: give chunk=")
+            raise InvalidInputError(f"axis {axis} has blocks of sizes {widths}, Zarr needs equal sizes: pass chunk=")
 
 
 def _manifest(work: _blocks.Work, records: da.Array, inputs: str) -> dict[str, Any]:
@@ -134,18 +135,18 @@ def _manifest(work: _blocks.Work, records: da.Array, inputs: str) -> dict[str, A
 
 
 def _digest(work: _blocks.Work, keywords: Mapping[str, Any]) -> str:
-    """SHA-256 of the checksums of all blocks of the inputs."""
+    """Return the SHA-256 of the checksums of all blocks of the inputs."""
     sums = _blocks.Work(input_block, work.arrays, work.cores, np.dtype(np.uint64), {}).records()
     return hashlib.sha256(np.ascontiguousarray(sums.compute(**keywords)).tobytes()).hexdigest()
 
 
 def input_block(*blocks: NDArray[Any], origin: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Checksum of the inputs of one block, at each of its members."""
+    """Return the checksum of the inputs of a block, for each of its members."""
     return np.full(blocks[0].shape[: len(origin)], _checksum(blocks), dtype=dtype)
 
 
 def _checksum(arrays: Sequence[NDArray[Any]]) -> int:
-    """Of the bits of arrays and their shapes; never 0."""
+    """Return a nonzero checksum of the bits and shapes of arrays."""
     sum_ = hashlib.blake2b(digest_size=8)
     for array in arrays:
         sum_.update(f"{array.shape}{array.dtype.str}".encode())
@@ -164,7 +165,7 @@ def _begin(path: str, records: da.Array, manifest: dict[str, Any]) -> None:
         )
     blocks = records.numblocks
     group.create_array(_DONE, shape=blocks, chunks=(1,) * len(blocks), dtype="uint64")
-    # Last: a store with a manifest has all of its arrays.
+    # Written last, so that a store with a manifest has all of its arrays.
     group.attrs[_MANIFEST] = manifest
 
 
@@ -179,17 +180,17 @@ def _something_at(path: str) -> bool:
 
 
 def _open(path: str) -> tuple[zarr.Group, dict[str, Any]]:
-    """Open a store of this package, of this version of the format, with all of its arrays."""
+    """Open a store of this package and this version of the format."""
     try:
         group = zarr.open_group(path, mode="r")
         manifest: Any = group.attrs.get(_MANIFEST)
-    # Whatever readers make of what is there.
+    # Foreign data may raise any exception.
     except Exception as error:
-        raise InvalidInputError(f"{path}: no Zarr group can be read: {error or type(error).__name__}") from error
+        raise InvalidInputError(f"{path}: cannot read a Zarr group: {error or type(error).__name__}") from error
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
-        raise InvalidInputError(f"{path}: no sweep of stiefel_rs, or one that was killed before it began")
+        raise InvalidInputError(f"{path}: not a sweep of stiefel_rs, or one that was killed before it started")
     if manifest.get("version") != VERSION:
-        raise InvalidInputError(f"{path}: version {manifest.get('version')} of the format, expected {VERSION}")
+        raise InvalidInputError(f"{path}: expected version {VERSION} of the format, found {manifest.get('version')}")
     return group, manifest
 
 
@@ -198,33 +199,33 @@ def _marks(path: str, group: zarr.Group, manifest: dict[str, Any]) -> NDArray[np
         lead = tuple(sum(widths) for widths in manifest["chunks"])
         for name, (_, core) in manifest["fields"].items():
             if group[name].shape != lead + tuple(core):
-                raise InvalidInputError(f"{name} has shape {group[name].shape}, expected {lead + tuple(core)}")
+                raise InvalidInputError(f"{name}: expected shape {lead + tuple(core)}, found {group[name].shape}")
         marks = np.asarray(group[_DONE][...], dtype=np.uint64)
         blocks = tuple(len(widths) for widths in manifest["chunks"])
         if marks.shape != blocks:
-            raise InvalidInputError(f"{marks.shape} blocks, expected {blocks}")
+            raise InvalidInputError(f"expected {blocks} blocks, found {marks.shape}")
     except Exception as error:
         raise InvalidInputError(f"{path}: damaged: {error or type(error).__name__}") from error
     return marks
 
 
 def _missing(path: str, manifest: dict[str, Any], keywords: Mapping[str, Any]) -> list[tuple[int, ...]]:
-    """Blocks that are not complete, of a store that must be of this sweep."""
+    """Return the incomplete blocks of a store; raise if it belongs to another sweep."""
     group, found = _open(path)
     differing = [told for key, told in _COMPARED.items() if found.get(key) != manifest[key]]
     if differing:
-        raise InvalidInputError(f"{path}: of another sweep, different in: {', '.join(differing)}")
+        raise InvalidInputError(f"{path}: belongs to another sweep, with different {', '.join(differing)}")
     marks = _marks(path, group, found)
     _verify(path, marks, found, keywords)
     return [block for block in np.ndindex(marks.shape) if not marks[block]]
 
 
 def _verify(path: str, marks: NDArray[np.uint64], manifest: dict[str, Any], keywords: Mapping[str, Any]) -> None:
-    """Raise unless the blocks that count as complete have their checksums."""
+    """Raise unless the complete blocks match their checksums."""
     complete = [block for block in np.ndindex(marks.shape) if marks[block]]
     bounds = [np.cumsum((0, *widths)).tolist() for widths in manifest["chunks"]]
     places = [tuple((axis[i], axis[i + 1]) for axis, i in zip(bounds, block, strict=True)) for block in complete]
-    # As many tasks as there are thousands of problems, not as there are blocks.
+    # One task per thousand problems, not one per block.
     size = max(1, math.ceil(1000 * marks.size / max(1, math.prod(axis[-1] for axis in bounds))))
     checks = [
         dask.delayed(check_blocks, pure=False)(
@@ -237,14 +238,14 @@ def _verify(path: str, marks: NDArray[np.uint64], manifest: dict[str, Any], keyw
         first = ", ".join(f"{a}:{b}" for a, b in damaged[0])
         raise InvalidInputError(
             f"{path}: damaged: {len(damaged)} of {len(complete)} complete blocks differ from their checksums, "
-            f"the first has problems [{first}]"
+            f"the first holds problems [{first}]"
         )
 
 
 def check_blocks(
     path: str, fields: Mapping[str, Any], places: Sequence[tuple[tuple[int, int], ...]], marks: Sequence[int]
 ) -> list[tuple[tuple[int, int], ...]]:
-    """Those of the blocks whose records are not those of their checksums."""
+    """Return the blocks whose records do not match their checksums."""
     group = zarr.open_group(path, mode="r")
     return [place for place, mark in zip(places, marks, strict=True) if not _intact(group, fields, place, mark)]
 
@@ -253,14 +254,14 @@ def _intact(group: zarr.Group, fields: Mapping[str, Any], place: tuple[tuple[int
     region = tuple(slice(a, b) for a, b in place)
     try:
         found = [np.asarray(group[name][region]).astype(np.dtype(dtype)) for name, (dtype, _) in fields.items()]
-    # Whatever decoders make of damaged bytes.
+    # Damaged bytes may raise any exception.
     except Exception:
         return False
     return _checksum(found) == mark
 
 
 def write_block(records: NDArray[Any], path: str, run: str, block: tuple[int, ...], start: Sequence[int]) -> int:
-    """Write the records of a block, then its checksum; returns how many there are."""
+    """Write the records of a block, then its checksum; return the number of records."""
     names = records.dtype.names or ()
     arrays = _opened(path, run, names)
     region = tuple(slice(a, a + size) for a, size in zip(start, records.shape, strict=True))
@@ -271,8 +272,8 @@ def write_block(records: NDArray[Any], path: str, run: str, block: tuple[int, ..
     return int(records.size)
 
 
-# Opening all arrays takes as long as writing a block. The run is part of the key: there may be another store at the
-# same place by then.
+# Opening all arrays takes as long as writing a block. The run is part of the key, since a later store may have the same
+# address.
 @functools.lru_cache(maxsize=4)
 def _opened(path: str, run: str, names: tuple[str, ...]) -> dict[str, zarr.Array]:
     group = zarr.open_group(path, mode="r+")
@@ -280,5 +281,5 @@ def _opened(path: str, run: str, names: tuple[str, ...]) -> dict[str, zarr.Array
 
 
 def count(counts: Sequence[int]) -> int:
-    """Sum of the problems that were written."""
+    """Return the total number of problems written."""
     return sum(counts)

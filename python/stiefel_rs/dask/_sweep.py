@@ -1,4 +1,4 @@
-"""A sweep: many problems, each of which gives a record; its fields are dask arrays."""
+"""Sweeps: many problems with one record each, whose fields are dask arrays."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ def checked_times(t: ArrayLike) -> NDArray[np.float64]:
 
 
 class Sweep(Mapping[str, da.Array]):
-    """Many problems, one task for each block of them; a mapping from the names of fields to dask arrays.
+    """Many problems, solved in blocks; a mapping from names of fields to dask arrays.
 
-    Made by :func:`solve_boundary` and :func:`splines`. Fields that are computed together share their tasks:
-    ``dask.compute(dict(sweep))``, or ``sweep.persist()`` first. Computed one by one, each solves all problems.
+    Returned by :func:`solve_boundary` and :func:`splines`. Compute fields together, by ``dask.compute(dict(sweep))`` or
+    after ``sweep.persist()``, so that they share their tasks: computing each field separately solves all problems anew.
 
     Attributes
     ----------
     records : dask array of structured dtype, shape (...)
-        All fields side by side.
+        Records with all fields.
     shape : tuple of int
         Leading axes: the problems.
     """
@@ -68,9 +68,9 @@ class Sweep(Mapping[str, da.Array]):
         return f"Sweep(shape={self.shape}, {blocks} block(s), fields={tuple(self)})"
 
     def persist(self, **keywords: Any) -> Sweep:
-        """Start all tasks, and keep their records in the memory of the workers (of this process, without a cluster).
+        """Solve all problems, and keep the records in the memory of the workers (or of this process).
 
-        Keywords go to ``dask.array.Array.persist``: ``retries=3`` on a cluster, for example.
+        Keywords are passed to ``dask.array.Array.persist``, such as ``retries=3`` on a cluster.
         """
         return Sweep(self._work, self.records.persist(**keywords))
 
@@ -85,41 +85,41 @@ class Sweep(Mapping[str, da.Array]):
     def to_zarr(
         self, store: str | os.PathLike[str], *, resume: bool = False, compute: bool = True, **keywords: Any
     ) -> dict[str, da.Array] | Delayed:
-        """Solve, and write each block into a Zarr group as soon as it is done.
+        """Solve all problems, and write each block to a Zarr group as soon as it is done.
 
-        One array for each field; an attribute of the group says what was solved, by which version, from which inputs.
-        A block counts as done once its checksum is written, which is last: a run that is killed loses the blocks in
-        progress, and nothing else.
+        The group has one array per field, and an attribute that states the task, the version and a checksum of the
+        inputs. A block is complete once its checksum is written, after its records: a run that is killed loses only
+        the blocks in progress.
 
         Parameters
         ----------
         store : str or os.PathLike
-            A folder, or an address that Zarr knows (``"s3://..."``), which all workers can write to.
+            A folder, or an address that Zarr supports (``"s3://..."``), to which all workers can write.
         resume : bool, default False
-            Go on with a store that this sweep has begun: blocks that are complete are checked and kept. A store that is
-            not there is begun.
+            If True, continue an unfinished store of this sweep: complete blocks are checked and kept. If there is no
+            store, a new one is created.
         compute : bool, default True
-            Whether to run now. Otherwise what is returned runs when it is computed: ``client.compute(writing)``, for
-            ``distributed.progress``.
+            If False, return a delayed object that runs when it is computed, for example by ``client.compute(writing)``
+            for ``distributed.progress``.
         **keywords
-            To ``dask.compute``: ``retries=3`` on a cluster, ``scheduler="synchronous"`` without one, for example.
+            Passed to ``dask.compute``, such as ``retries=3`` on a cluster, or ``scheduler="synchronous"`` without one.
 
         Returns
         -------
         dict of str to dask array, or dask.delayed.Delayed
-            The stored fields, as :func:`from_zarr` gives them; with ``compute=False`` a delayed number, the problems
-            that were solved.
+            The stored fields, as returned by :func:`from_zarr`; with ``compute=False`` a delayed number of solved
+            problems.
 
         Raises
         ------
         InvalidInputError
-            There is something at that address and `resume` is False; or it is no store of this sweep: other inputs,
-            options, blocks or version, or damaged. Says what differs.
+            The address exists and `resume` is False; or the store is damaged or belongs to another sweep, with other
+            inputs, options, blocks or version. The message states the difference.
 
         Notes
         -----
-        Inputs are computed twice: for their checksum, which is in the store from the beginning, and to solve. Those
-        that take long to compute, or are random without a seed, should be persisted or stored first.
+        Inputs are computed twice: first for their checksum, then to solve. Persist or store inputs first that take long
+        to compute, or are random without a seed.
         """
         path = _store.address(store)
         writing = _store.writing(path, self._work, self.records, resume, keywords)

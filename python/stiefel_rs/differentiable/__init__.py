@@ -1,1 +1,1 @@
-"""Functions with their derivatives, for libraries of automatic differentiation: values, variations, pullbacks."""
+"""Functions with derivatives for libraries of automatic differentiation: values, variations and pullbacks."""

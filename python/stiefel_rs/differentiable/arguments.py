@@ -1,9 +1,9 @@
-"""Arguments as plain arrays: projected onto what they are to be, with the derivative of that.
+"""Arguments of differentiable functions, projected to the manifold, with derivatives of the projection.
 
-Derivatives by a frame or a tangent vector are derivatives along the manifold. With the projection in front a function
-is defined for plain arrays nearby, so that derivatives in any direction are. Each kind of argument has its value, its
-variation and its pullback, for arrays of any number of leading axes. Matrices are real or complex; then transposes are
-conjugate ones, and inner products real parts of Hermitian ones.
+Derivatives with respect to a frame or a tangent vector are derivatives along the manifold. The projection extends a
+function to nearby arrays, so that derivatives in any direction are defined. Each kind of argument has a value, a
+variation and a pullback, for arrays with any number of leading axes. Matrices are real or complex; for complex ones
+transposes are conjugate transposes, and inner products are real parts of Hermitian products.
 
 Source: Higham (2008), "Functions of Matrices", section 8.2 (the polar factor, and that its derivative solves a
 Sylvester equation).
@@ -24,17 +24,17 @@ from ..errors import InvalidInputError
 Array = NDArray[Any]
 Shape = tuple[int, ...]
 
-# Larger defects are no round-off of single precision or of a step of an optimiser: the input is not what it should be.
+# Larger defects are not due to single precision or to a step of an optimiser, but to wrong input.
 LARGEST_DEFECT = 1e-3
 
-# Columns whose products are off by this, times their length, are orthonormal: no singular value decomposition then.
-# With one, value and gradient of a boundary problem on St(3, 1) take 0.80 ms for 0.67.
+# Columns with a defect of at most this, times their length, are orthonormal and need no singular value decomposition,
+# which would increase the time of value and gradient of a boundary problem on St(3, 1) from 0.67 ms to 0.80 ms.
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
 class Argument(ABC):
-    """A kind of argument; `exact` are the arguments before it, projected, and `moved` how they move."""
+    """A kind of argument; `exact` are the projected arguments before it, and `moved` their variations."""
 
     name: str
     # Whether the numbers may be complex.
@@ -42,7 +42,7 @@ class Argument(ABC):
 
     @abstractmethod
     def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
-        """Check the shape of the argument, without a batch, beside those of the arguments before it."""
+        """Check the shape of the argument without its batch, given the shapes of the arguments before it."""
 
     @abstractmethod
     def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
@@ -50,16 +50,16 @@ class Argument(ABC):
 
     @abstractmethod
     def variation(self, raw: Array, exact: tuple[Array, ...], tangent: Array, moved: tuple[Array, ...]) -> Array:
-        """Move the projection as the argument does."""
+        """Return the variation of the projection for a variation of the argument."""
 
     @abstractmethod
     def pullback(self, raw: Array, exact: tuple[Array, ...], cotangent: Array, others: list[Array]) -> Array:
-        """Transpose `variation`; what falls on the arguments before is added to `others`."""
+        """Apply the transpose of `variation`; the parts of earlier arguments are added to `others`."""
 
 
 @dataclass(frozen=True)
 class Plain(Argument):
-    """Real numbers that are what they are; vectors with so many entries, where that is given."""
+    """Real numbers without constraints; vectors with `columns` entries if this is given."""
 
     may_be_complex: ClassVar[bool] = False
     columns: int | None = None
@@ -76,17 +76,17 @@ class Plain(Argument):
         return raw
 
     def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:
-        """Move the projection as the argument does."""
+        """Return the variation of the projection for a variation of the argument."""
         return tangent
 
     def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:
-        """Transpose `variation`."""
+        """Apply the transpose of `variation`."""
         return cotangent
 
 
 @dataclass(frozen=True)
 class SkewMatrix(Argument):
-    """A skew-symmetric or skew-Hermitian matrix: the skew part."""
+    """A skew-symmetric or skew-Hermitian matrix; the projection is the skew part."""
 
     def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
         """Check that the matrix is square."""
@@ -98,19 +98,19 @@ class SkewMatrix(Argument):
         return skew_part(raw)
 
     def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:
-        """Move the projection as the argument does."""
+        """Return the variation of the projection for a variation of the argument."""
         return skew_part(tangent)
 
     def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:
-        """Transpose `variation`."""
+        """Apply the transpose of `variation`."""
         return skew_part(cotangent)
 
 
 @dataclass(frozen=True)
 class Frame(Argument):
-    """Orthonormal columns: the orthogonal polar factor, which is the nearest such matrix.
+    """A matrix with orthonormal columns; the projection is the polar factor, the nearest such matrix.
 
-    Of the shape of the frame that is argument number `like`, where that is given.
+    It has the shape of argument number `like` if this is given.
     """
 
     square: bool = False
@@ -137,13 +137,13 @@ class Frame(Argument):
         if defect > LARGEST_DEFECT:
             raise InvalidInputError(
                 f"{self.name}: columns are not orthonormal, singular values differ from 1 by {defect:.3g}, more than "
-                f"{LARGEST_DEFECT:g}; Stiefel.project gives the nearest frame"
+                f"{LARGEST_DEFECT:g}; Stiefel.project returns the nearest frame"
             )
         projected: Array = left @ right
         return projected
 
     def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:
-        """Move the projection as the argument does."""
+        """Return the variation of the projection for a variation of the argument."""
         # With raw = S P and inner = S^T Z: dS = S X + (Z - S S^T Z) P^-1, where P X + X P = inner - inner^T.
         if _is_frame(raw):
             inner = transposed(raw) @ tangent
@@ -159,21 +159,21 @@ class Frame(Argument):
         return moved_frame
 
     def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:
-        """Transpose `variation`."""
-        # The derivative of the polar factor is symmetric: that factor is the gradient of the nuclear norm.
+        """Apply the transpose of `variation`."""
+        # The derivative of the polar factor is symmetric, since the factor is the gradient of the nuclear norm.
         return self.variation(raw, (), cotangent, ())
 
 
 @dataclass(frozen=True)
 class Tangent(Argument):
-    """A tangent vector at the frame that is argument number `at`: `V - S sym(S^T V)`."""
+    """A tangent vector at argument number `at`, a frame; the projection is `V - S sym(S^T V)`."""
 
     at: int
 
     def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
         """Check that the vector has the shape of its frame."""
         if shape != before[self.at]:
-            raise _unexpected(self.name, f"{before[self.at]}, that of its frame", shape)
+            raise _unexpected(self.name, f"{before[self.at]}, the shape of its frame", shape)
 
     def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
         """Project the argument."""
@@ -184,7 +184,7 @@ class Tangent(Argument):
         return projected
 
     def variation(self, raw: Array, exact: tuple[Array, ...], tangent: Array, moved: tuple[Array, ...]) -> Array:
-        """Move the projection as the argument does."""
+        """Return the variation of the projection for a variation of the argument."""
         frame, move = exact[self.at], moved[self.at]
         defect = symmetric_part(transposed(frame) @ raw)
         change = symmetric_part(transposed(move) @ raw + transposed(frame) @ tangent)
@@ -192,7 +192,7 @@ class Tangent(Argument):
         return moved_vector
 
     def pullback(self, raw: Array, exact: tuple[Array, ...], cotangent: Array, others: list[Array]) -> Array:
-        """Transpose `variation`."""
+        """Apply the transpose of `variation`."""
         frame = exact[self.at]
         defect = symmetric_part(transposed(frame) @ raw)
         inner = symmetric_part(transposed(frame) @ cotangent)
@@ -237,18 +237,18 @@ class Horizontal(Argument):
 
 
 def transposed(matrix: Array) -> Array:
-    """Transpose the last two axes, of complex matrices with conjugate entries."""
+    """Return the conjugate transpose in the last two axes."""
     return np.swapaxes(matrix, -1, -2).conj()
 
 
 def skew_part(matrix: Array) -> Array:
-    """Return half of the difference to the transpose."""
+    """Return half the difference between a matrix and its transpose."""
     part: Array = 0.5 * (matrix - transposed(matrix))
     return part
 
 
 def symmetric_part(matrix: Array) -> Array:
-    """Return half of the sum with the transpose."""
+    """Return half the sum of a matrix and its transpose."""
     part: Array = 0.5 * (matrix + transposed(matrix))
     return part
 
@@ -260,7 +260,7 @@ def inner_products(one: Array, other: Array) -> Array:
 
 
 def _is_frame(raw: Array) -> bool:
-    """Whether columns are orthonormal to round-off: the nearest frame is no nearer to what the caller means."""
+    """Whether columns are orthonormal to round-off, so that projection would not improve them."""
     defect = np.abs(transposed(raw) @ raw - np.eye(raw.shape[-1])).max(initial=0.0)
     return bool(defect <= ROUND_OFF * raw.shape[-2])
 

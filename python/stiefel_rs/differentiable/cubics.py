@@ -1,4 +1,4 @@
-"""Riemannian cubics between given ends and from given initial data, with derivatives."""
+"""Riemannian cubics with given boundary data or initial data, with derivatives."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""The functions that `stiefel_rs.jax` and `stiefel_rs.torch` have, in the arrays of either library.
+"""The functions of `stiefel_rs.jax` and `stiefel_rs.torch`, for the arrays of either library.
 
-Some are operations of this package, the others compositions. The retraction of quasi-geodesics is
+Some functions are operations, the others compositions of operations. The retraction of quasi-geodesics is
 `R_S(V) = e^X S e^Omega` with `Omega = S^T V` and `X = K S^T - S K^T`, where `K = V - S Omega`; its inverse has
 `X = log((I - 2 S1 S1^T)(I - 2 S0 S0^T)) / 2` and `Omega = log(S0^T e^-X S1)`; and the geometric cubic is de Casteljau's
-algorithm with the curves `R_S(t V)`. Complex arrays are complex frames; transposes are conjugate ones then.
+algorithm with the curves `R_S(t V)`. For complex frames, transposes are conjugate transposes.
 
 Source: Krakowski, Machado, Silva Leite, Batista (2017), J. Comput. Appl. Math. 311, 84-99 (quasi-geodesics, and de
 Casteljau's algorithm with them).
@@ -32,31 +32,31 @@ CANONICAL = 0.0
 
 
 class Functions(ABC, Generic[T]):
-    """The functions, on a library's arrays `T`."""
+    """The functions, for arrays `T` of a library."""
 
     @abstractmethod
     def arrays(self, arguments: Sequence[Any]) -> list[Any]:
-        """Return arrays of the library of one precision, real or complex."""
+        """Convert arguments to arrays of the library with a common precision, real or complex."""
 
     @abstractmethod
     def flat(self, t: Any) -> tuple[Any, Shape]:
-        """Return times in one row, and the shape that they had."""
+        """Return times as a vector, and their original shape."""
 
     @abstractmethod
     def is_complex(self, array: Any) -> bool:
-        """Whether an array has complex numbers."""
+        """Whether an array is complex."""
 
     @abstractmethod
     def pairs(self, array: Any) -> Any:
-        """Return real and imaginary parts, on a last axis; the latter are zero for a real array."""
+        """Return real and imaginary parts on a new last axis; imaginary parts are zero for a real array."""
 
     @abstractmethod
     def of_pairs(self, array: Any) -> Any:
-        """Return the complex array of these."""
+        """Return the complex array of real and imaginary parts on the last axis."""
 
     @abstractmethod
     def broadcast(self, arrays: list[Any], axes: tuple[int, ...]) -> list[Any]:
-        """Give arrays the same axes before the last so many."""
+        """Broadcast the axes before the last `axes` ones of each array."""
 
     @abstractmethod
     def evaluate(self, operation: Operation, arrays: list[Any]) -> Any:
@@ -64,14 +64,14 @@ class Functions(ABC, Generic[T]):
 
     @abstractmethod
     def identity(self, like: Any) -> Any:
-        """Return the identity matrix of as many rows, and of the kind of numbers, as `like` has."""
+        """Return the identity matrix with the number of rows and the dtype of `like`."""
 
     def exact_products(self) -> AbstractContextManager[Any]:
-        """Return where matrices are multiplied in the precision of their entries."""
+        """Return a context in which matrices are multiplied in the precision of their entries."""
         return nullcontext()
 
     def apply(self, operation: Operation, *arguments: Any) -> Any:
-        """Apply an operation to arrays whose leading axes are broadcast."""
+        """Apply an operation to arrays after broadcasting their leading axes."""
         arrays = self.arrays(arguments)
         shapes: list[Shape] = []
         for argument, array, axes in zip(operation.arguments, arrays, operation.axes, strict=True):
@@ -106,7 +106,7 @@ class Functions(ABC, Generic[T]):
         return subspaces if isinstance(manifold, Grassmann) else frames
 
     def _at_times(self, operation: Operation, *arguments: Any, own: int) -> Any:
-        """Apply an operation whose last argument are times of any shape; a value has `own` axes for each of them."""
+        """Apply an operation whose last argument is an array of times; each value has `own` axes."""
         times, shape = self.flat(arguments[-1])
         return _in_shape(self.apply(operation, *arguments[:-1], times), shape, own)
 
@@ -117,40 +117,40 @@ class Functions(ABC, Generic[T]):
         return self.apply(matrix_functions.nearest_tangent(*names), s, v)
 
     def skew_exp(self, A: Any) -> T:
-        """Take the exponential of skew-symmetric or skew-Hermitian matrices, shape (..., m, m)."""
+        """Return the exponential of skew-symmetric or skew-Hermitian matrices, shape (..., m, m)."""
         found: T = self.apply(matrix_functions.SKEW_EXP, A)
         return found
 
     def orthogonal_log(self, Q: Any) -> T:
-        """Take the principal logarithm of rotations or unitary matrices, shape (..., m, m)."""
+        """Return the principal logarithm of rotations or unitary matrices, shape (..., m, m)."""
         found: T = self.apply(matrix_functions.ORTHOGONAL_LOG, Q)
         return found
 
     def exp(self, S: Any, V: Any, *, manifold: Manifold = None) -> T:
-        """Find the end of the geodesic from a point with a velocity, shapes (..., n, k).
+        """Return the Riemannian exponential of ``V`` at ``S``, shapes (..., n, k).
 
-        Of frames with the canonical metric, or of subspaces with ``manifold=Grassmann(n, k)``.
+        For frames with the canonical metric, or for subspaces with ``manifold=Grassmann(n, k)``.
         """
         found: T = self.apply(self._of(manifold, S, geodesics).EXP, S, V)
         return found
 
     def log(self, S0: Any, S1: Any, *, manifold: Manifold = None) -> T:
-        """Find the initial velocity of the shortest geodesic between points, shapes (..., n, k).
+        """Return the Riemannian logarithm of ``S1`` at ``S0``, shapes (..., n, k).
 
-        Of frames with the canonical metric, or of subspaces with ``manifold=Grassmann(n, k)``.
+        For frames with the canonical metric, or for subspaces with ``manifold=Grassmann(n, k)``.
         """
         found: T = self.apply(self._of(manifold, S0, geodesics).LOG, S0, S1)
         return found
 
     def retract(self, S: Any, V: Any) -> T:
-        """Find the end of the quasi-geodesic from a frame with a velocity, shapes (..., n, k)."""
+        """Return the end of the quasi-geodesic from ``S`` with initial velocity ``V``, shapes (..., n, k)."""
         s, v = self.arrays([S, V])
         with self.exact_products():
             found: T = self._retract(self._frame(s, "S"), self._tangent(s, v, ("S", "V")))
         return found
 
     def inverse_retract(self, S0: Any, S1: Any) -> T:
-        """Find the initial velocity of the quasi-geodesic between frames, shapes (..., n, k)."""
+        """Return the initial velocity of the quasi-geodesic from ``S0`` to ``S1``, shapes (..., n, k)."""
         s0, s1 = self.arrays([S0, S1])
         with self.exact_products():
             found: T = self._inverse_retract(*self._pair(s0, s1))
@@ -162,7 +162,7 @@ class Functions(ABC, Generic[T]):
         return self.skew_exp(x) @ s @ self.skew_exp(omega)
 
     def _pair(self, s0: Any, s1: Any) -> tuple[Any, Any]:
-        """Project two frames, S0 and S1, of one shape."""
+        """Project two frames, S0 and S1, of the same shape."""
         frames = self._frame(s0, "S0"), self._frame(s1, "S1")
         shapes = [tuple(s.shape[-2:]) for s in frames]
         Frame("S1", like=0).check_shape(shapes[1], shapes[:1])
@@ -177,12 +177,12 @@ class Functions(ABC, Generic[T]):
         return x @ s0 + s0 @ omega
 
     def geometric_cubic(self, S0: Any, V0: Any, S1: Any, V1: Any, t: Any) -> T:
-        """Find points of the geometric cubic between two ends with velocities.
+        """Evaluate the geometric cubic with given end points and end velocities.
 
         Parameters
         ----------
         S0, V0, S1, V1 : array, shape (..., n, k)
-            Points and velocities at the times 0 and 1.
+            Points and velocities at times 0 and 1.
         t : array, shape T
             Times.
 
@@ -208,12 +208,12 @@ class Functions(ABC, Generic[T]):
         return found
 
     def riemannian_cubic(self, S0: Any, V0: Any, S1: Any, V1: Any, t: Any, *, manifold: Manifold = None) -> T:
-        """Find points of the Riemannian cubic between two ends with velocities.
+        """Evaluate the Riemannian cubic with given end points and end velocities.
 
         Parameters
         ----------
         S0, V0, S1, V1 : array, shape (..., n, k)
-            Points and velocities at the times 0 and 1.
+            Points and velocities at times 0 and 1.
         t : array, shape T
             Times.
         manifold : Stiefel or Grassmann, optional
@@ -229,14 +229,14 @@ class Functions(ABC, Generic[T]):
         return found
 
     def cubic_initial(self, S: Any, V: Any, A: Any, J: Any, t: Any, *, manifold: Manifold = None) -> T:
-        """Find points of the Riemannian cubic with given initial data.
+        """Evaluate the Riemannian cubic with given initial data.
 
         Parameters
         ----------
         S, V, A, J : array, shape (..., n, k)
-            Point, velocity, covariant acceleration and covariant jerk at the time 0.
+            Point, velocity, covariant acceleration and covariant jerk at time 0.
         t : array, shape T
-            Times, all of one sign.
+            Times, all of the same sign.
         manifold : Stiefel or Grassmann, optional
             What the points are, as for `riemannian_cubic`.
 
@@ -251,18 +251,18 @@ class Functions(ABC, Generic[T]):
     def cubic_spline(
         self, t_knots: Any, S: Any, t: Any, bc_type: BcType = "natural", *, manifold: Manifold = None
     ) -> T:
-        """Find points of the spline of Riemannian cubics through frames, or through subspaces.
+        """Evaluate the spline of Riemannian cubics through frames or subspaces.
 
         Parameters
         ----------
         t_knots : array, shape (..., N)
-            Times of the frames, increasing.
+            Increasing times of the frames.
         S : array, shape (..., N, n, k)
             Frames, or bases.
         t : array, shape T
             Times.
         bc_type : {"natural", "clamped", "periodic"}
-            Ends, as for `CubicSpline`.
+            End conditions, as for `CubicSpline`.
         manifold : Stiefel or Grassmann, optional
             What the points are, as for `riemannian_cubic`.
 
@@ -275,23 +275,23 @@ class Functions(ABC, Generic[T]):
         return found
 
     def rotation_spline(self, t_knots: Any, quaternions: Any, t: Any, bc_type: BcType = "natural") -> T:
-        """Find unit quaternions of the spline through rotations, between the first and the last of them.
+        """Evaluate the spline through rotations, as unit quaternions, between the first and the last knot.
 
         Parameters
         ----------
         t_knots : array, shape (..., N)
-            Times of the rotations, increasing.
+            Increasing times of the rotations.
         quaternions : array, shape (..., N, 4)
-            Rotations, scalar last, of any length but zero.
+            Rotations as quaternions, scalar last, of any nonzero length.
         t : array, shape T
             Times.
         bc_type : {"natural", "clamped", "periodic"}
-            Ends, as for `RotationSpline`.
+            End conditions, as for `RotationSpline`.
 
         Returns
         -------
         array, shape (...) + T + (4,)
-            Of continuous sign, at the first knot that of the given one.
+            Quaternions of continuous sign; at the first knot the given sign.
         """
         found: T = self._at_times(splines.rotation_spline(bc_type), t_knots, quaternions, t, own=1)
         return found
@@ -306,6 +306,6 @@ def _twice_skew(matrix: Any) -> Any:
 
 
 def _in_shape(found: Any, shape: tuple[int, ...], own: int) -> Any:
-    """Give the axis of the times, before the last `own` ones, their shape."""
+    """Reshape the axis of the times, before the last `own` axes, to the shape of the times."""
     place = found.ndim - own - 1
     return found.reshape(*found.shape[:place], *shape, *found.shape[place + 1 :])

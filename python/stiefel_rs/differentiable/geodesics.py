@@ -1,4 +1,4 @@
-"""Riemannian exponential and logarithm of the canonical metric, with derivatives."""
+"""Riemannian exponential and logarithm (canonical metric), with derivatives."""
 
 from __future__ import annotations
 

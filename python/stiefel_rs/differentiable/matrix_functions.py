@@ -1,4 +1,4 @@
-"""Exponential of skew matrices and logarithm of rotations, and the projections alone, with derivatives."""
+"""Exponential of skew matrices, logarithm of rotations, and projections, with derivatives."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ TIMES: Final = Operation(
 
 @cache
 def nearest_frame(name: str) -> Operation:
-    """Return the projection of an argument onto the frames."""
+    """Return the projection of an argument to the nearest frame."""
     return Operation(
         name="nearest_frame",
         arguments=(Frame(name),),
@@ -67,7 +67,7 @@ def nearest_frame(name: str) -> Operation:
 
 @cache
 def nearest_tangent(frame: str, name: str) -> Operation:
-    """Return the projection of an argument onto the tangent vectors at the frame before it."""
+    """Return the projection of an argument to the tangent space at the frame before it."""
     return Operation(
         name="nearest_tangent",
         arguments=(Frame(frame), Tangent(name, at=0)),

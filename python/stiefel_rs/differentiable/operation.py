@@ -1,4 +1,4 @@
-"""A function of arrays with its derivative and the transpose of that, for batches on leading axes."""
+"""Functions of arrays with their derivatives and transposed derivatives, for batches on leading axes."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from .arguments import Argument, Array, Shape
 
 @dataclass(frozen=True, eq=False)
 class Operation:
-    """A function, on arguments that are what they should be, and derivatives by all of them.
+    """A function of projected arguments, and its derivatives with respect to all of them.
 
     Attributes
     ----------
     name : str
     arguments : sequence of Argument
-        What the arguments are to be, and how plain arrays are made so.
+        Kinds of the arguments, with their projections.
     axes : tuple of int
-        Axes of each argument for one value; those before are the batch, the same for all of them.
+        Number of axes of each argument for one value; the axes before are the batch, the same for all arguments.
     shape : callable
-        Shape of one value, from the shapes of the arguments without the batch.
+        Shape of a value, from the shapes of the arguments without the batch.
     value, variation, pullback : callable
-        ``value(*data)``; ``variation(data, tangents)``; ``pullback(data, cotangent)``, a tuple. For one member.
+        ``value(*data)``; ``variation(data, tangents)``; ``pullback(data, cotangent)``, a tuple; for one member.
     is_batched : bool
-        Whether they take all members at once.
+        Whether these functions take all members at once.
     on_pairs : bool
-        Whether plain arrays hold real and imaginary parts of complex matrices, on a last axis of length 2: gradients by
-        these are ordinary ones.
+        Whether raw arrays hold real and imaginary parts of complex matrices on a last axis of length 2, so that
+        gradients are gradients with respect to real numbers.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Operation:
 
     @property
     def raw_axes(self) -> tuple[int, ...]:
-        """Axes of the plain arrays for one value."""
+        """Number of axes of the raw arrays for one value."""
         pairs = zip(self.arguments, self.axes, strict=True)
         return tuple(axes + (self.on_pairs and argument.may_be_complex) for argument, axes in pairs)
 
@@ -55,7 +55,7 @@ class Operation:
         return shapes[0][: len(shapes[0]) - self.axes[0]]
 
     def value_shape(self, shapes: Sequence[Shape]) -> Shape:
-        """Return the shape of the value for plain arrays of the given shapes, which have the same leading axes."""
+        """Return the shape of the value for raw arrays of the given shapes, which have the same leading axes."""
         pairs = zip(shapes, self.axes, self.raw_axes, strict=True)
         shapes = [shape[: len(shape) + own - raw] for shape, own, raw in pairs]
         last = (2,) if self.on_pairs else ()
@@ -66,7 +66,7 @@ class Operation:
         return (*self.batch(shapes), *self.shape(*(shape[lead:] for shape in shapes)))
 
     def values(self, *raw: Any) -> Array:
-        """Evaluate the function of plain arrays."""
+        """Evaluate the function for raw arrays."""
         data = self._read(raw)
         out = self._empty(data)
         for at in self._members(data):
@@ -99,14 +99,14 @@ class Operation:
         return tuple(self._plain(x) if x.dtype.kind == "c" else x for x in out)
 
     def no_second(self) -> NotImplementedError:
-        """Return the error where a second derivative is asked for."""
+        """Return the error for a request of second derivatives."""
         return NotImplementedError(
-            f"{self.name}: second derivatives are not available; take differences of first ones, or an optimiser that "
-            "needs only these"
+            f"{self.name}: second derivatives are not available; use finite differences of first derivatives, or an "
+            "optimiser that needs only these"
         )
 
     def _members(self, data: Sequence[Array]) -> list[Shape]:
-        """Return the members of a batch, equal ones next to each other: what is solved for one serves the next."""
+        """Return the members of a batch, sorted so that equal ones reuse the same solution."""
         if self.is_batched:
             return [()]
         members = list(np.ndindex(self.batch([x.shape for x in data])))
@@ -121,7 +121,7 @@ class Operation:
         return exact
 
     def _read(self, raw: Sequence[Any]) -> list[Array]:
-        """Return plain arrays as arrays of what the arguments are."""
+        """Convert raw arrays to real or complex arrays of the arguments."""
         pairs = zip(self.arguments, raw, strict=True)
         return [self._of_plain(x) if argument.may_be_complex else _double(x) for argument, x in pairs]
 
@@ -142,5 +142,5 @@ def _double(array: Any) -> Array:
 
 @cache
 def on_pairs(operation: Operation) -> Operation:
-    """Return the same operation on complex matrices."""
+    """Return the same operation for complex matrices."""
     return replace(operation, on_pairs=True)

@@ -1,4 +1,4 @@
-"""Curves that were solved for lately, so that a derivative does not solve again what the value has."""
+"""Cache of recently solved curves, so that derivatives reuse the solution of the value."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from .arguments import Array, Shape
 
 Curve = TypeVar("Curve")
 
-# Numbers that all curves of one solver may take with their derivatives: 256 MB, 48 splines through 200 rotations. The
-# last one is kept whatever it takes.
+# Largest count of numbers that the curves of a solver may occupy with their derivatives: 256 MB, 48 splines through 200
+# rotations. The last curve is always kept.
 KEPT = 1 << 25
 
-# Dimensions above which the derivative of a single cubic keeps no matrices.
+# Dimension above which the derivative of a single cubic stores no matrices.
 DENSE = 64
 
 
 def core_shape(frame: Array) -> Shape:
-    """Return the shape that the core computes in: complex frames are embedded in real ones of twice the size."""
+    """Return the shape in the core, where complex frames are embedded in real ones of twice the size."""
     n, k = frame.shape[-2:]
     return (2 * n, 2 * k) if frame.dtype.kind == "c" else (n, k)
 
 
 def numbers_of_piece(n: int, k: int) -> int:
-    """Return about how many numbers the derivative of a piece of a spline keeps."""
+    """Estimate how many numbers the derivative of a piece of a spline stores."""
     rows = min(n, 4 * k)
     dimension = (rows - k) * k + k * (k - 1) // 2
     isotropy = (rows - k) * (rows - k - 1) // 2
@@ -34,14 +34,14 @@ def numbers_of_piece(n: int, k: int) -> int:
 
 
 def numbers_of_cubic(n: int, k: int) -> int:
-    """Return the same of a single cubic."""
+    """Estimate how many numbers the derivative of a single cubic stores."""
     rows = min(n, 4 * k)
     dimension = (rows - k) * k + k * (k - 1) // 2
     return numbers_of_piece(n, k) if dimension <= DENSE else 100 * n * k
 
 
 class Solved(Generic[Curve]):
-    """What a solver makes of its arguments, the last ones kept."""
+    """A solver that caches its last solutions."""
 
     def __init__(self, solve: Callable[..., Curve], numbers: Callable[..., int]) -> None:
         self._solve, self._numbers = solve, numbers

@@ -37,13 +37,13 @@ def check_bc_type(bc_type: object) -> None:
 
 
 def cubic_spline(bc_type: BcType) -> Operation:
-    """Return the spline through frames with the given ends, as an operation."""
+    """Return the spline through frames with the given end conditions, as an operation."""
     check_bc_type(bc_type)
     return _cubic_spline(bc_type)
 
 
 def rotation_spline(bc_type: BcType) -> Operation:
-    """Return the spline through rotations with the given ends, as an operation on quaternions, scalar last."""
+    """Return the spline through rotations with the given end conditions, as an operation on quaternions."""
     check_bc_type(bc_type)
     return _rotation_spline(bc_type)
 
@@ -81,7 +81,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
 
 @cache
 def _rotation_spline(bc_type: BcType) -> Operation:
-    """Take derivatives of the same curve as one of matrices.
+    """Return the spline of quaternions, differentiated as a curve of matrices.
 
     Where `R` changes by `R hat(w)`, the quaternion `q` changes by `q (w, 0) / 2`.
     """
@@ -175,7 +175,7 @@ def _turned_back(q: Array, cotangent: Array) -> Array:
 
 
 def _turns(q: Array, move: Array) -> Array:
-    """Return how rotations turn, in the body frame, where their quaternions, of any length, move."""
+    """Return the body-frame rotations caused by variations of quaternions of any length."""
     turns: Array = 2.0 * _product(_conjugate(q), move)[..., :3] / (q * q).sum(axis=-1, keepdims=True)
     return turns
 

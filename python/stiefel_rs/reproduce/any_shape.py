@@ -88,7 +88,7 @@ def measure(repetitions: int) -> list[Row]:
 
 
 def csv_rows(rows: list[Row]) -> list[tuple[object, ...]]:
-    """Rows of ``any_shape.csv``, whose header is `HEADER`: what no clock decides."""
+    """Rows of ``any_shape.csv``, whose header is `HEADER`: results that do not depend on time."""
     return [(r.n, r.k, Stiefel(r.n, r.k).dim, r.iterations, r.residual, r.distance, r.defect) for r in rows]
 
 

@@ -91,7 +91,7 @@ def independent(rows: dict[str, list[ErrorRow]]) -> str:
     header = ["manifold", "N", "method", "independent", "measured", "relative difference"]
     return f"""### Independent recomputation (NumPy/mpmath)
 
-Mean errors from an independent program, printed to five digits, beside those of this run. Largest relative
+Mean errors from an independent program, printed to five digits, compared with this run. Largest relative
 difference: {worst:.1e} (half a unit of the fifth digit is 5e-5 at most).
 
 {table(header, cells, 3)}

@@ -133,7 +133,7 @@ def times(calls: Sequence[Callable[[], object]], repetitions: int) -> list[float
 
 
 def measure_poles() -> list[Row]:
-    """Errors of order 2 at `STEPS` on the paper's curves, as they stand and turned towards the pole of the chart."""
+    """Errors of order 2 at `STEPS` on the paper's curves, unchanged and turned towards the pole of the chart."""
     rows = []
     for e in EXPERIMENTS:
         for angle in ANGLES:
@@ -206,7 +206,7 @@ def chart_section(rows: list[Row]) -> str:
     return f"""### The chart challenge
 
 The paper: the methods "are only suitable to integrate Riemannian cubic polynomials on a single chart". The paper's
-curves with initial values, N = {STEPS}, order 2: as they stand, and turned by a rotation of space so that at t = 1/2
+curves with initial values, N = {STEPS}, order 2: unchanged, and turned by a rotation of space so that at t = 1/2
 they are at a given angle from the pole of the chart. A rotation is an isometry, so the turned curves are cubics too.
 Mean errors:
 
@@ -235,7 +235,7 @@ def implicit_section(rows: list[Row]) -> str:
 The paper: the approach "involves solving several implicit algebraic equations, which makes it very slow and subject to
 numerical errors". The paper's curves with initial values; each method with the smallest N that reaches the mean error
 asked for, and its time. Order 2 is the mid-point method, order 4 its composition; the splittings have the same orders
-and solve no equation; the embedded method, of the next section, has order 2:
+and do not solve equations; the embedded method, of the next section, has order 2:
 
 {table(header, cells, 4)}
 

@@ -23,16 +23,16 @@ from .text import LABELS, between, number, percent, table
 HOLDS: Final = "holds"
 FAILS: Final = "does not hold"
 OPEN: Final = "open"
-# Difficulties that the paper names, and that are overcome here.
+# Verdict on difficulties that the paper names and this package overcomes.
 ANSWERED: Final = "answered"
 # What counts as "much": a factor in error or time.
 MUCH: Final = 2.0
-# A measured order may differ from the one of the method by as much.
+# Largest difference between a measured order and the order of the method.
 ORDER_MARGIN: Final = 0.2
 # GCP's error counts as independent of the step up to this relative spread: the error of the trapezoidal rule at N = 5.
 CONSTANT: Final = 0.05
 
-# What is measured of the step by a run with `--steps N` for a single N.
+# Stated for the dependence on the step in a run with `--steps N` for a single N.
 ONE_SIZE: Final = "not measured: this run has one N only"
 
 
@@ -283,7 +283,7 @@ def more_effort(found: Measurements) -> Claim:
 
 
 def shooting(found: Measurements) -> Claim:
-    """Judge what shooting costs."""
+    """Judge the cost of shooting."""
     pairs = (("initial_point_bvp", "initial_point_ivp"), ("midpoint_bvp", "midpoint_ivp"))
     values = [r for pair in pairs for r in timing.over(found.timing, *pair)]
     measured = f"with shooting {between(values)} times the time without"
@@ -328,7 +328,7 @@ def implicit_equations(found: Measurements) -> Claim:
 
 
 def numerical_errors(found: Measurements) -> Claim:
-    """Judge the other half of the second challenge, by the method with the smallest error of its own."""
+    """Judge the other half of the second challenge, by the method with the smallest error."""
     method = list(near_start.COMPOSED)[-1]
     largest = [near_start.of(found.near_start, e, method).largest[-1] for e in EXPERIMENTS]
     measured = f"largest error of mid-point steps composed to order {near_start.COMPOSED[method]}, "
@@ -346,7 +346,7 @@ def homogeneous(found: Measurements) -> Claim:
 
 
 def embedded(found: Measurements) -> Claim:
-    """Judge the future work: order 2, constraints at round-off, and the cost beside the splitting."""
+    """Judge the future work: order 2, constraints at round-off, and the cost compared with the splitting."""
     rows = found.embedded
     slopes = [embedding.slope(rows, manifold) for manifold in embedding.manifolds(rows)]
     orders, defect = [s for s in slopes if s is not None], embedding.largest_defect(rows)
@@ -424,5 +424,5 @@ def page(claims: list[Claim]) -> str:
 
 
 def csv_rows(found: Measurements) -> list[tuple[str, ...]]:
-    """Rows of ``claims.csv``: the name of the claim, then what the page has."""
+    """Return the rows of ``claims.csv``: the name of the claim, then the columns of the page."""
     return [(claim.__name__, *astuple(claim(found))) for claim in CLAIMS]

@@ -36,12 +36,12 @@ def _steps(text: str) -> tuple[int, ...]:
 def add_parser(commands: Any) -> None:
     """Add the command to the subparsers of another."""
     parser: argparse.ArgumentParser = commands.add_parser(
-        "reproduce", help="compute arXiv 2404.19407 anew: its statements, tables and figures"
+        "reproduce", help="recompute the statements, tables and figures of arXiv 2404.19407"
     )
     parser.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="output folder (default: out)")
     default = ",".join(map(str, FULL.steps))
     parser.add_argument(
-        "--steps", type=_steps, metavar="N,N,...", help=f"numbers of steps, 2 or more each (default: {default})"
+        "--steps", type=_steps, metavar="N,N,...", help=f"numbers of steps, each at least 2 (default: {default})"
     )
     quick = ",".join(map(str, QUICK.steps))
     parser.add_argument(
@@ -53,14 +53,14 @@ def add_parser(commands: Any) -> None:
 
 
 def _draw(folder: Path, found: measurements.Measurements, progress: Callable[[], None]) -> list[Path]:
-    """Write every figure; the paths written.
+    """Write every figure and return the paths.
 
     Raises
     ------
     ImportError
         matplotlib is not installed.
     """
-    # Here, since matplotlib is optional and slow to import.
+    # Imported here, since matplotlib is optional and slow to import.
     from . import conjecture_figure, control_points_figure, exact_figure, figures, paper_figures  # noqa: PLC0415
 
     paths = paper_figures.write_all(folder, found.rows, progress)
@@ -83,7 +83,7 @@ def _say(folder: Path, found: measurements.Measurements, written: dict[str, list
 
 
 def write(folder: Path, settings: Settings, *, report: bool = False) -> int:
-    """Write the tables, the figures and the report, then the manifest of all, and print where they are.
+    """Write the tables, the figures and the report, then the manifest, and print where they are.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def write(folder: Path, settings: Settings, *, report: bool = False) -> int:
     """
     for name in ("tables", "figures"):
         (folder / name).mkdir(parents=True, exist_ok=True)
-    # Those of an earlier run are about files that are about to be replaced.
+    # Files of an earlier run describe files that this run replaces.
     for name in (manifest.NAME, manifest.REPORT):
         (folder / name).unlink(missing_ok=True)
     missing: ImportError | None = None
@@ -118,14 +118,14 @@ def write(folder: Path, settings: Settings, *, report: bool = False) -> int:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Do what the command line says and return the exit code."""
+    """Run the command and return the exit code."""
     settings = QUICK if arguments.quick else FULL
     if arguments.steps:
         settings = replace(settings, steps=arguments.steps)
     try:
         return write(arguments.out, settings, report=arguments.report)
     except BrokenPipeError:
-        # Of what is printed, not of the folder.
+        # An error of the standard output, not of the folder.
         raise
     except OSError as error:
         print(f"stiefel-rs: cannot write to {arguments.out}: {error.strerror or error}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""The conjecture of arXiv 2404.19407 as it is stated.
+"""The conjecture of arXiv 2404.19407 as stated.
 
 Integrators from retractions that are closer to the Riemannian exponential have a smaller mean error than the mid-point
 method: measured in the paper's setting, order 2 and boundary values.
@@ -20,14 +20,14 @@ HEADER: Final = ["manifold", "curves", "retraction", "wins", "cases", "mean_rati
 
 @dataclass(frozen=True)
 class Outcome:
-    """One retraction against the mid-point method, on the curves of one kind.
+    """One retraction compared with the mid-point method, on curves of one kind.
 
     Attributes
     ----------
     curves : str
-        ``"paper"``, with one case for each ``N``, or ``"random"``, with one for each curve.
+        ``"paper"``, with one case per ``N``, or ``"random"``, with one case per curve.
     ratios : ndarray
-        Mean errors over those of the mid-point method.
+        Mean errors divided by the mean errors of the mid-point method.
     """
 
     manifold: str
@@ -37,12 +37,12 @@ class Outcome:
 
     @property
     def wins(self) -> int:
-        """How many cases have a smaller error than the mid-point method."""
+        """Number of cases with a smaller error than the mid-point method."""
         return int((self.ratios < 1).sum())
 
     @property
     def cases(self) -> int:
-        """How many cases there are."""
+        """Number of cases."""
         return len(self.ratios)
 
     @property
@@ -108,8 +108,8 @@ def section(study: Study) -> str:
 
 The paper: "Using retraction maps that are better approximations of the Riemannian exponential map [...] we conjecture
 that the associated retraction map based integrators will possess a smaller mean error than the mid-point
-retraction-based symplectic integrator." In its setting, boundary values and order 2: mean errors as multiples of
-those of the mid-point method, whose map is linear in coordinates, on the paper's curve
+retraction-based symplectic integrator." In its setting, boundary values and order 2: mean errors as multiples of the
+mean errors of the mid-point method, whose map is linear in coordinates, on the paper's curve
 (N = {", ".join(map(str, STEPS))}) and on {random} random cubics of each manifold
 (N = {RANDOM_STEPS}). A retraction counts as better if it is closer to the exponential along the paper's curve.
 

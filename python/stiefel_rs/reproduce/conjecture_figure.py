@@ -132,7 +132,7 @@ def wide_figure(study: Study) -> Figure:
 
 
 def write(folder: Path, study: Study) -> list[Path]:
-    """Write ``conjecture`` and ``retraction_pairs`` as PNG and PDF into `folder`, which must exist; the paths."""
+    """Write ``conjecture`` and ``retraction_pairs`` as PNG and PDF into `folder`, which must exist; return paths."""
     with figure_style.context():
         paths = figure_style.save(figure(study), folder, "conjecture")
         return paths + figure_style.save(wide_figure(study), folder, "retraction_pairs")

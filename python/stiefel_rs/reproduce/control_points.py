@@ -1,4 +1,4 @@
-"""Other control points for the de Casteljau curve: how near they come to the Riemannian cubic, what they cost to build.
+"""Other control points for the de Casteljau curve: distance to the Riemannian cubic, and time of construction.
 
 The paper suggests "an alternative choice of control points" for its geometric cubic. Measured here on its two boundary
 problems: inner control points of least cost in degrees 4 to 7, the quintic with the cubic's end accelerations, and
@@ -243,7 +243,7 @@ def section(rows: list[Row]) -> str:
 
 The paper suggests an alternative choice of control points. Curves with the same end points and end velocities as GCP:
 inner control points chosen for the least cost `J = int |D_t S'|^2 dt` in degrees {DEGREES[0]} to {DEGREES[-1]}; the
-quintic whose end accelerations are those of the exact cubic, in closed form; and the cubic of geodesics in place of
+quintic whose end accelerations are those of the exact cubic, in closed form; and the cubic with geodesics instead of
 quasi-geodesics.
 
 {_table(rows)}
@@ -254,11 +254,11 @@ quasi-geodesics.
 
 {_slower(rows)}
 
-The curves of minimal cost and the cubic of geodesics know nothing of the exact cubic; the quintic needs its end
-accelerations. On the sphere geodesics are quasi-geodesics: `pieces="geodesic"` gives the same curve, but by a logarithm
-for every stage of every point. On St(3,2), the rotations, geodesics have a closed form too. A polynomial of minimal
-cost may take longer to build than the exact cubic. Where that can be had, it is the better curve: what the others offer
-is a curve in closed form.
+The curves of minimal cost and the cubic of geodesics do not use the exact cubic; the quintic uses its end
+accelerations. On the sphere geodesics are quasi-geodesics: `pieces="geodesic"` gives the same curve, but
+computes a logarithm for every stage of every point. On St(3,2), the rotations, geodesics have a closed form too. A
+polynomial of minimal cost may take longer to build than the exact cubic. If the exact cubic is available, it is the
+better curve; the advantage of the others is their closed form.
 
 Times are the shortest of {REPETITIONS} rounds that alternate between all methods, one thread.
 """

@@ -1,7 +1,7 @@
 """The paper's future work: a method on the phase space as a submanifold of a Euclidean space (`integrate_embedded`).
 
-Its order and its constraints, and its errors and times beside the chart method, with and without changes of chart, and
-the explicit splitting of the same order: on the paper's curves, and on a manifold for which there is no chart here.
+Its order and its constraints; its errors and times compared with the chart method, with and without changes of chart,
+and with the explicit splitting of the same order: on the paper's curves, and on a manifold without a chart here.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Row:
         Mean over the points of the grid.
     defect : float or None
         Of the embedded method, the larger of two: the largest entry of ``S^T S - I`` and of ``S^T V + V^T S`` after the
-        last step, and the largest violation of any constraint on the way, with those of the momenta.
+        last step, and the largest violation of any constraint, including the constraints of the momenta, at any step.
     seconds : float
         Shortest time of the whole curve.
     """
@@ -132,7 +132,7 @@ def largest_defect(rows: list[Row]) -> float:
 
 
 def against(rows: list[Row], other: str, what: str) -> list[float]:
-    """Return the ``error`` or ``seconds`` of the embedded method over those of another one, wherever both are."""
+    """Return the ``error`` or ``seconds`` of the embedded method divided by another method's, if both exist."""
     found = []
     for manifold in manifolds(rows):
         pairs = zip(of(rows, manifold, EMBEDDED), of(rows, manifold, other), strict=False)
@@ -174,14 +174,14 @@ phase space T*(TSt(n,k)) lies in the space of four n x k matrices (S, V, p_S, p_
 of the mid-point map there, with multiples of the gradients of the constraints. Mean errors of methods of order {ORDER}
 with initial values, at equal steps: the paper's curves, and a cubic on St({SHAPE[0]},{SHAPE[1]}), for which the paper
 has no chart. "Constraints" is the largest violation by the embedded method, over all N: S^T S = I and
-S^T V + V^T S = 0 after the last step, and these and both constraints of the momenta on the way:
+S^T V + V^T S = 0 after the last step, and these and both constraints of the momenta at all steps:
 
 {table([*header, "splitting = 1"], cells, 2)}
 
-The embedded method's error and time over those of the others, at equal N, over all N and curves:
+Error and time of the embedded method divided by those of the other methods, at equal N, for all N and curves:
 
 {table(["method", "error", "time"], ratios)}
 
-Its times at equal error on the paper's curves are in the section before. Times are the shortest of rounds that
+Its times at equal error on the paper's curves are in the previous section. Times are the shortest of rounds that
 alternate between the methods, one thread.
 """

@@ -15,7 +15,7 @@ def constant_part(rows: list[ErrorRow]) -> list[float]:
 
 
 def step(found: Measurements) -> str:
-    """GCP's error does not change with the step; those of the integrators decrease."""
+    """Compare the error of GCP, which does not depend on the step, with the integrators' errors, which decrease."""
     cells = []
     for e in EXPERIMENTS:
         rows = found.rows[e.name]
@@ -50,8 +50,8 @@ def flatness(found: Measurements) -> str:
         cells.append([e.title, f"{found.rows[e.name][-1].errors['gcp']:.1e}"])
     return f"""### Exact where the manifold is flat
 
-In Euclidean space the de Casteljau algorithm gives the cubic itself. So it does on St(2,1), the circle, which is flat:
-the largest distance between GCP and the Riemannian cubic for random boundary data, beside the mean errors on the
+In Euclidean space the de Casteljau algorithm gives the exact cubic, and likewise on St(2,1), the circle, which is flat:
+the largest distance between GCP and the Riemannian cubic for random boundary data, compared with the mean errors on the
 paper's curves at N = {found.settings.steps[-1]}:
 
 {table(["manifold", "error of GCP"], cells)}
@@ -59,7 +59,7 @@ paper's curves at N = {found.settings.steps[-1]}:
 
 
 def gains(rows: list[ErrorRow], problem: str) -> list[float]:
-    """Errors of the initial-point method over those of the mid-point method, by ``N``."""
+    """Errors of the initial-point method divided by the errors of the mid-point method, by ``N``."""
     return [r.errors[f"initial_point_{problem}"] / r.errors[f"midpoint_{problem}"] for r in rows]
 
 
@@ -78,7 +78,7 @@ Mean error of the initial-point method, order 1, divided by the mid-point method
 {table(header, cells, 2)}
 
 The paper sees a trend towards its conjecture here. Both maps come from the same retraction, linear in coordinates: the
-gain is that of order 2 over order 1, and says nothing about better retractions.
+gain is due to order 2 instead of order 1, and does not tell about better retractions.
 """
 
 
@@ -136,7 +136,7 @@ def chart_free_times(found: Measurements) -> str:
     methods = tuple(m for m in TIMED_METHODS if m not in METHODS)
     return f"""### Times of the methods without charts
 
-As above. The reference is a Taylor method of order 26 in the chart; the exact cubic is found by shooting, anew for
+As above. The reference is a Taylor method of order 26 in the chart; the exact cubic is found by shooting, again for
 every curve:
 
 {_time_table(found, methods)}

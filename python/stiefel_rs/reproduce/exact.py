@@ -1,4 +1,4 @@
-"""The exact cubic beside the curves of the paper: the cost of each, and how much of it is given away.
+"""The exact cubic compared with the curves of the paper: the cost of each curve, and its excess.
 
 The exact cubic is the chart-free solution of the boundary value problem that GCP and the shooting methods solve too:
 end points and end velocities of the paper's curve.
@@ -66,7 +66,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Agreement:
-    """The chart-free boundary solution beside the paper's curve in its chart, largest Frobenius distances.
+    """The chart-free boundary solution compared with the paper's curve in its chart: largest Frobenius distances.
 
     Attributes
     ----------
@@ -246,12 +246,12 @@ chart, whose own error is up to 1e-13; their times are below:
 
 {_errors(rows)}
 
-Orders are fitted where the mean error is above {SLOPE_FLOOR:g}; below, round-off shows in it, and a dash stands
-where that leaves fewer than two N.
+Orders are fitted where the mean error is above {SLOPE_FLOOR:g}; below, it contains round-off; a dash marks
+fewer than two remaining N.
 
-A Riemannian cubic with given ends is stationary for the cost, and more than one can exist. The one found by shooting,
-beside the paper's curve (largest Frobenius distances; the initial acceleration and jerk are unknowns of the boundary
-problem):
+A Riemannian cubic with given ends is stationary for the cost, and more than one can exist. The solution found by
+shooting, compared with the paper's curve (largest Frobenius distances; the initial acceleration and jerk are unknowns
+of the boundary problem):
 
 {_agreements(found)}
 
@@ -266,8 +266,8 @@ and J is the integral. The others are points with momenta, and J is the trapezoi
 {_given_away(found)}
 
 Only curves with the same ends can be compared by their costs: GCP, geodesic pieces, the BVP methods and the exact
-cubic. An IVP method ends elsewhere, by its error. A sum is no integral along a curve, so nothing keeps it above the
-cost of the exact cubic; the row "by the sum" shows what the trapezoidal rule alone adds.
+cubic. An IVP method ends elsewhere, because of its error. A sum is not an integral along a curve, so it may be less
+than the cost of the exact cubic; the row "by the sum" shows what the trapezoidal rule alone adds.
 """
 
 

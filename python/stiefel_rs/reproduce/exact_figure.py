@@ -1,4 +1,4 @@
-"""The exact cubic beside the paper's three curves: where they run, what they cost, how far they are off.
+"""The exact cubic compared with the paper's three curves: paths, costs and distances.
 
 Importing this module imports matplotlib.
 """
@@ -42,7 +42,7 @@ BARS: Final = ("initial_point_bvp", "midpoint_bvp", "gcp", "geodesic_cubic")
 
 
 def _curves(experiment: Experiment) -> dict[str, tuple[Array, Array]]:
-    """Points of each curve and of the exact cubic at the same times; those of the exact cubic beside the reference."""
+    """Points of each curve and of the exact cubic at the same times; for the exact cubic, points of the reference."""
     problem = control_points.boundary_problem(experiment)
     start, end = experiments.reference(experiment, 1)
     exact = experiments.exact_cubic(experiment, start, end)
@@ -123,7 +123,7 @@ def figure(comparison: Comparison) -> Figure:
 
 
 def write(folder: Path, found: list[Comparison], progress: Callable[[], None]) -> list[Path]:
-    """Write ``exact_<manifold>.png`` and ``.pdf`` into `folder`, which must exist; the paths written."""
+    """Write ``exact_<manifold>.png`` and ``.pdf`` into `folder`, which must exist; return the paths."""
     paths = []
     for comparison in found:
         with figure_style.context():

@@ -1,4 +1,4 @@
-"""The two experiments of arXiv 2404.19407 and what is measured on them.
+"""The two experiments of arXiv 2404.19407 and their measurements.
 
 Curves, integrators, shooting and the reference solution are those of the compiled module; computed here are means,
 slopes and differences.

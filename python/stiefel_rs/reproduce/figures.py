@@ -1,4 +1,4 @@
-"""The figures of the two experiments that the paper has not: every method, and what the discrete flows keep.
+"""Figures of the two experiments that are not in the paper: all methods, and invariants of the discrete flows.
 
 Importing this module imports matplotlib.
 """

@@ -50,7 +50,7 @@ def counterexample() -> tuple[float, float, float]:
 
 
 def printed_end(S0: Array, S1: Array) -> Array:
-    """End of the quasi-geodesic by Proposition 1 as it is printed, with its ``n x n`` logarithm."""
+    """End of the quasi-geodesic by Proposition 1 as printed, with its ``n x n`` logarithm."""
     identity = np.eye(len(S0))
     X = orthogonal_log((identity - 2 * S1 @ S1.T) @ (identity - 2 * S0 @ S0.T)) / 2
     omega = orthogonal_log(S0.T @ skew_exp(-X) @ S1)

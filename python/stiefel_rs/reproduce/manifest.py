@@ -1,4 +1,4 @@
-"""What a run of ``stiefel-rs reproduce`` was made with, and the digests of what it wrote: ``manifest.json``."""
+"""Settings, environment and file digests of a run of ``stiefel-rs reproduce``: ``manifest.json``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from . import retractions
 NAME: Final = "manifest.json"
 REPORT: Final = "report.pdf"
 FORMAT: Final = 1
-# Wall clock times, and what quotes them: other numbers in each run.
+# Files with wall clock times, which differ in each run.
 MEASURED: Final = frozenset(
     {
         *("timing.csv", "equal_error.csv", "challenges.csv", "any_shape_times.csv", "claims.csv"),
@@ -77,15 +77,15 @@ def build(folder: Path, written: Iterable[Path], settings: dict[str, Any]) -> di
     folder : Path
         Output folder of the run; names in the manifest are relative to it.
     written : iterable of Path
-        The files, each of them there; one that is named twice counts once.
+        The files, which must exist; duplicates count once.
     settings : dict
-        What the run was asked for, as far as it decides about its numbers.
+        Settings of the run that affect its numbers.
 
     Returns
     -------
     dict
-        ``tables``, the same for each run with the same settings and versions on the same processor; ``measured``, that
-        hold wall clock times; ``figures``; and under ``run`` what they were made with.
+        ``tables``, identical for runs with the same settings and versions on the same processor; ``measured``, files
+        with wall clock times; ``figures``; and ``run``, settings and environment.
     """
     kinds: dict[str, set[Path]] = {"tables": set(), "measured": set(), "figures": set()}
     for path in written:
@@ -96,7 +96,7 @@ def build(folder: Path, written: Iterable[Path], settings: dict[str, Any]) -> di
 
 
 def write(folder: Path, written: Sequence[Path], settings: dict[str, Any]) -> Path:
-    """Write ``manifest.json`` into `folder`; its path.
+    """Write ``manifest.json`` into `folder` and return its path.
 
     Raises
     ------

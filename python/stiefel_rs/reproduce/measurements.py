@@ -1,4 +1,4 @@
-"""Everything that one run measures, and the settings that decide about it."""
+"""All measurements of a run, and its settings."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from .timing import EqualError, TimingRow
 
 @dataclass(frozen=True)
 class Settings:
-    """What a run was asked for.
+    """Settings of a run.
 
     Attributes
     ----------
     steps : tuple of int
         Numbers of steps ``N``, in increasing order.
     repetitions : int
-        Of the timing.
+        Number of repetitions of the timing.
     curves, wide_curves : int
-        Random curves of each manifold: in the setting of the conjecture, and how many of them in every setting.
+        Numbers of random curves per manifold: in the setting of the conjecture, and in all settings.
     quick : bool
         Whether ``--quick`` was given.
     """
@@ -46,7 +46,7 @@ class Settings:
     quick: bool
 
     def text(self) -> str:
-        """One sentence on the run."""
+        """Describe the run in one sentence."""
         name = "A `--quick` run, with fewer cases than a full one" if self.quick else "A full run"
         return (
             f"{name}: N = {', '.join(map(str, self.steps))}; {self.curves} random cubics of each manifold for the "

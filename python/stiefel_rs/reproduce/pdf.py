@@ -18,7 +18,7 @@ TEMPLATE: Final = Path(__file__).with_name("report.typ")
 
 @contextmanager
 def _source(folder: Path) -> Iterator[Path]:
-    """Keep a copy of the template inside of `folder`: Typst reads no file outside of its root."""
+    """Copy the template into `folder`, since Typst reads only files below its root."""
     with TemporaryDirectory(dir=folder) as place:
         yield Path(shutil.copy(TEMPLATE, place))
 
@@ -31,7 +31,7 @@ def pages(folder: Path, ppi: float) -> list[bytes]:
 
 
 def write(folder: Path) -> Path:
-    """Write the report on the run in `folder`, which must have its tables and figures; the path written."""
+    """Write the report on the run in `folder`, which must have its tables and figures; return the path."""
     path = folder / REPORT
     with _source(folder) as source:
         typst.compile(source, output=path, root=folder)

@@ -1,7 +1,7 @@
 """The paper's 0.080 % and 0.45 %: the relative mean error of GCP under every reading of its sentences that was tried.
 
-A reading is a choice of what the stated numbers are (derivatives or momenta, in which order), of the error (mean over
-the grid, average over the rows of the table, largest), and of the distance that it is divided by.
+A reading is a choice of the meaning of the stated numbers (derivatives or momenta, in which order), of the error (mean
+over the grid, average over the rows of the table, largest), and of the distance by which it is divided.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ USED: Final = "coordinate derivatives (used here)"
 # The percentages as the paper prints them.
 PRINTED: Final = {"sphere": "0.080 %", "stiefel_3_2": "0.45 %"}
 MEAN_STEPS: Final = 100
-# What is divided: means over a grid of N, over the rows of a table of such means, and the largest distance.
+# Numerators: means over a grid of N, over the rows of a table of such means, and the largest distance.
 ERRORS: Final = (f"mean error, N = {MEAN_STEPS}", "average over the table", "largest error")
 
 
@@ -65,7 +65,7 @@ def _errors(experiment: Experiment, z0: Array, steps: int) -> Array:
 
 @dataclass(frozen=True)
 class Reading:
-    """GCP's errors under one reading of the data, in the order of `ERRORS`; none where the reading has no curve."""
+    """Errors of GCP under one reading of the data, in the order of `ERRORS`; empty if there is no curve."""
 
     experiment: Experiment
     name: str

@@ -30,9 +30,9 @@ class Comparison:
     Attributes
     ----------
     wins, cases : int
-        Of so many cases (curves, or ``N``) so many with the smaller error for the closer retraction.
+        Number of cases (curves, or ``N``) in which the closer retraction has the smaller error, and of all cases.
     ratio : float
-        Geometric mean of the error of the closer one divided by the other's.
+        Geometric mean of the error of the closer retraction divided by the error of the other.
     """
 
     manifold: str
@@ -69,7 +69,7 @@ def comparisons(study: Study) -> list[Comparison]:
 
 
 def verdict(found: list[Comparison]) -> str:
-    """Where the conjecture holds and where not, in words, from the comparisons alone."""
+    """Describe where the conjecture holds and where it does not, from the comparisons alone."""
     titles = {e.name: e.title for e in EXPERIMENTS}
     cases, wins = sum(c.cases for c in found), sum(c.wins for c in found)
     lines = [f"The closer retraction has the smaller mean error in {wins} of {cases} single cases.", ""]

@@ -216,7 +216,7 @@ def by_closeness(study: Study, experiment: Experiment) -> list[str]:
 
 
 def write_table(folder: Path, study: Study) -> list[Path]:
-    """Write ``conjecture.csv``; the path written."""
+    """Write ``conjecture.csv`` and return its path."""
     header = ["manifold", "curve", "problem", "order", "N", "retraction", "mean_error"]
     rows = [(e.manifold, e.curve, e.problem, e.order, e.steps, e.retraction, e.error) for e in study.errors]
     return [write_csv(folder / "conjecture.csv", header, rows)]

@@ -1,4 +1,4 @@
-"""Text of ``summary.md``: claims on the first page, the paper's figures and tables, what is behind and beyond."""
+"""Text of ``summary.md``: claims on the first page, the paper's figures and tables, evidence, other results."""
 
 from __future__ import annotations
 

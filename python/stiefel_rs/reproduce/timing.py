@@ -30,16 +30,16 @@ class TimingRow:
 def measure_times(steps: Iterable[int], repetitions: int, progress: Callable[[], None]) -> list[TimingRow]:
     """Time all methods on both manifolds, interleaved.
 
-    Each repetition runs every manifold, ``N`` and method once, so that a machine that slows down slows all alike;
-    a first round is thrown away. A short call of the same method goes before each: else a quick method is timed with
-    the caches that the slow one before it left, and order in the list decides. What is timed are the points in
-    ``R^{3 x k}`` from the data of the problem, one thread.
+    Each repetition runs every manifold, ``N`` and method once, so that slowdowns of the machine affect all alike;
+    the first round is discarded. A short call of the same method precedes each measurement: otherwise the caches left
+    by the previous method, and so the order in the list, would affect the times. The time is that of computing the
+    points in ``R^{3 x k}`` from the data of the problem, on one thread.
 
     Parameters
     ----------
     steps : iterable of int
     repetitions : int
-        Rounds that count; the shortest time of them is taken.
+        Number of measured rounds, of which the shortest time is used.
     progress : callable
         Called after each round, ``repetitions + 1`` times.
     """
@@ -54,7 +54,7 @@ def measure_times(steps: Iterable[int], repetitions: int, progress: Callable[[],
             if round_number:
                 samples[e.name, n, m].append(time.perf_counter() - begin)
         progress()
-    # A median of few rounds still holds what else the machine does: more than the short calls themselves take.
+    # The median of few rounds would include other activity of the machine, which exceeds the time of short calls.
     least = {key: min(values) for key, values in samples.items()}
     return [
         TimingRow(e.name, m, n, least[e.name, n, m], least[e.name, n, m] / least[e.name, n, "gcp"]) for e, n, m in cases
@@ -93,12 +93,12 @@ class EqualError:
 
     @property
     def ratio(self) -> float | None:
-        """Time of the method over that of GCP."""
+        """Time of the method divided by the time of GCP."""
         return None if self.seconds is None or self.gcp_seconds is None else self.seconds / self.gcp_seconds
 
 
 def measure_at_equal_error(first: dict[tuple[str, str], int | None], repetitions: int) -> list[EqualError]:
-    """Time the methods of `BOUNDARY_METHODS` at the ``N`` of `overtaking`, and GCP beside them."""
+    """Time the methods of `BOUNDARY_METHODS` at the ``N`` of `overtaking`, and GCP."""
     found = []
     for e in EXPERIMENTS:
         ends = experiments.reference(e, 1)
@@ -113,12 +113,12 @@ def measure_at_equal_error(first: dict[tuple[str, str], int | None], repetitions
 
 
 def ratios(timing: list[TimingRow], method: str) -> list[float]:
-    """Return times of a method over those of GCP, at every ``N`` on both manifolds."""
+    """Return times of a method divided by those of GCP, at every ``N`` on both manifolds."""
     return [t.ratio for t in timing if t.method == method]
 
 
 def over(timing: list[TimingRow], method: str, other: str) -> list[float]:
-    """Return times of one method over those of another, at every ``N`` on both manifolds."""
+    """Return times of one method divided by those of another, at every ``N`` on both manifolds."""
     seconds = {(t.manifold, t.steps, t.method): t.seconds for t in timing}
     return [
         seconds[t.manifold, t.steps, method] / seconds[t.manifold, t.steps, other] for t in timing if t.method == method

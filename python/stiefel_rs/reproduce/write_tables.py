@@ -55,7 +55,7 @@ def _run(folder: Path, found: Measurements) -> Path:
 
 
 def write_all(folder: Path, found: Measurements) -> list[Path]:
-    """Write every table and the summary into `folder`, which must exist; the paths written."""
+    """Write every table and the summary into `folder`, which must exist; return the paths."""
     path = folder / "summary.md"
     path.write_text(summary.text(found), encoding="utf-8")
     tables: dict[str, tuple[Sequence[str], Iterable[Sequence[object]]]] = {
