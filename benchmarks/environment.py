@@ -20,7 +20,7 @@ def machine() -> dict[str, str]:
     return {
         "processor": f"{_processor()}, {cores()} core(s)",
         "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
-        "processes that wanted to run, at the start": load(),
+        "load average, at the start": load(),
         "`OPENBLAS_CORETYPE`": f"`{forced}` in the calling environment, unset for the run"
         if (forced := os.environ.get("OPENBLAS_CORETYPE"))
         else "not set",

@@ -233,7 +233,7 @@ def page(count: int) -> str:
     facts = machine() | {"date": time.strftime("%Y-%m-%d", time.gmtime())}
     started = time.time()
     tallies = [measure(n, k, count) for n, k in tqdm(SHAPES, unit="shape")]
-    facts |= {"processes that wanted to run, at the end": load(), "duration": f"{time.time() - started:.0f} s"}
+    facts |= {"load average, at the end": load(), "duration": f"{time.time() - started:.0f} s"}
     return PAGE.read_text().format(
         count=count,
         distance=FAMILY.distance,

@@ -133,7 +133,7 @@ def page(count: int) -> str:
         parts.append(f"## {family.title}\n\n{table}\n")
     progress.close()
     parts.append(SEARCH)
-    facts |= {"processes that wanted to run, at the end": load(), "duration": f"{time.time() - started:.0f} s"}
+    facts |= {"load average, at the end": load(), "duration": f"{time.time() - started:.0f} s"}
     parts.append("## The run\n\n" + tabulate(facts.items(), headers=("", "this run"), tablefmt="github"))
     return "\n".join(parts) + "\n"
 

@@ -72,8 +72,8 @@ def run(extent: Extent, folder: Path) -> str:
     speeds = {e.curve: e.speeds for e in energies if e.method == text.REFERENCE_METHOD}
     reached = speeds.pop(long_runs.GROWING)[1]
     return PAGE.read_text().format(
-        machine=f"{_versions()}; {facts['processor']}, {facts['system']}; processes that wanted to run: "
-        f"{facts['processes that wanted to run, at the start']}.",
+        machine=f"{_versions()}; {facts['processor']}, {facts['system']}; load average: "
+        f"{facts['load average, at the start']}.",
         rounds=extent.rounds,
         reference=text.references(chosen, {case.name: case.error(work.taylor(case.data, 1.0)(1.0)) for case in chosen}),
         straight_line=STRAIGHT_LINE,
