@@ -180,8 +180,8 @@ def _steps(tallies: list[Tally]) -> str:
     steps = [n for t in tallies for s in t.samples.values() for n in s.steps]
     means = [float(np.mean(s.steps)) for t in tallies for s in t.samples.values() if s.steps]
     return (
-        f"The search for least cost took {min(means):.2g} to {max(means):.2g} steps in the mean, by shape and degree, "
-        f"and {max(steps)} at most."
+        f"The search for least cost took {min(means):.2g} to {max(means):.2g} steps on average, by shape and "
+        f"degree, and at most {max(steps)}."
     )
 
 
@@ -193,7 +193,7 @@ def _refused(tallies: list[Tally]) -> str:
         if s.failures
     ]
     found += [f"{t.title}: {t.unsolved} boundary problems without a solution" for t in tallies if t.unsolved]
-    return "Left out: " + "; ".join(found) + "." if found else "Nothing was refused, and every search converged."
+    return "Left out: " + "; ".join(found) + "." if found else "All curves exist, and every search converged."
 
 
 def _cheaper(tallies: list[Tally]) -> str:
@@ -203,9 +203,9 @@ def _cheaper(tallies: list[Tally]) -> str:
         if any(s.cheaper for s in t.samples.values())
     ]
     if not found:
-        return "No polynomial cost less than the cubic found."
+        return "No polynomial had a lower cost than the cubic."
     return (
-        "Cubics are stationary, not always the cheapest: a polynomial cost less than the cubic found in up to "
+        "Cubics are stationary, not always the cheapest: a polynomial had a lower cost than the cubic in up to "
         f"{', '.join(found)} of these problems."
     )
 
@@ -223,8 +223,8 @@ def _slower(tallies: list[Tally]) -> str:
 
     build, point = ratios("build"), ratios("point")
     return (
-        f"A polynomial of least cost took {min(build):.2g} to {max(build):.3g} times as long to build as the exact "
-        f"cubic, and {min(point):.2g} to {max(point):.3g} times as long for a point."
+        f"Compared with the exact cubic, a polynomial of least cost took {min(build):.2g} to {max(build):.3g} times as "
+        f"long to build, and {min(point):.2g} to {max(point):.3g} times as long for a point."
     )
 
 

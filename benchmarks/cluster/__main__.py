@@ -42,15 +42,15 @@ STORED = ("files", "size")
 
 PREAMBLE = """# Sweeps on a cluster, measured
 
-Written by `python -m benchmarks.cluster`. A `LocalCluster` of {workers} processes with one thread each, the scheduler
-and the client, on the machine told at the end. Problems are random: distances and speeds uniform up to {reach:g}, in
-the canonical metric. Their data are in the memory of the workers before the clock starts. All fields but, for geometric
-cubics, `cost`; no `points`. Times are the shorter of {rounds} runs, from the call to the last result.
+Written by `python -m benchmarks.cluster`. A `LocalCluster` of {workers} processes with one thread each shares the
+machine listed below with the scheduler and the client. Problems are random, with distances and speeds uniform up to
+{reach:g} in the canonical metric; their data are in the memory of the workers before timing starts. All fields are
+computed except `points` and, for geometric cubics, `cost`. Times are the shorter of {rounds} runs, from the call to the
+last result.
 
-Processor time is that of the workers, for everything they do. One process is a loop over the first {sample} problems
-without Dask, the least of {samples} samples: "over one process" is what a worker spends on top of it, serialisation and
-bookkeeping, and what the processor does slower when other programs run beside it. Files and size are those of the Zarr
-group.
+Processor time is the total of the workers. "One process" is a loop over the first {sample} problems without Dask, the
+shortest of {samples} samples. "Over one process" is the additional time of a worker: serialisation, bookkeeping, and
+the slowdown by other programs on the machine. Files and size refer to the Zarr group.
 """
 
 
