@@ -120,7 +120,8 @@ def _filled(lines: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
 
 def _dittoed(row: tuple[str, ...]) -> tuple[str, ...]:
     """A row of the table of circumstances, with marks for cells that repeat the cell before."""
-    return *row[:2], *(DITTO if cell and cell == before else cell for before, cell in zip(row[1:], row[2:], strict=False))
+    pairs = zip(row[1:-1], row[2:], strict=True)
+    return *row[:2], *(DITTO if cell and cell == before else cell for before, cell in pairs)
 
 
 def _repeated(row: tuple[str, ...]) -> tuple[str, ...]:

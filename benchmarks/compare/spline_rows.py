@@ -8,6 +8,7 @@ from benchmarks.compare.row import Bound, Rival, Row
 JUMP = 1e-10
 # InterpolatePy stops when orientations and derivatives at the knots meet to 1e-8.
 MEETS = 1e-7
+GEOMETRIC = 'stiefel-rs with `kind="geometric"`'
 
 
 def splines() -> list[Row]:
@@ -24,7 +25,7 @@ def _keyframes(count: int) -> Row:
             Rival("interpolatepy", "interpolatepy", "InterpolatePy, the same problem", agree=MEETS),
             Rival("stiefel_rs", "loose", "stiefel-rs with tol=1e-8, as InterpolatePy", agree=MEETS, best_of=False),
             Rival("stiefel_rs", "rotations", "stiefel-rs as St(3,3)", agree=1e-9, best_of=False),
-            Rival("stiefel_rs", "geometric", 'stiefel-rs with `kind="geometric"`, another curve', agree=None, best_of=False),
+            Rival("stiefel_rs", "geometric", f"{GEOMETRIC}, another curve", agree=None, best_of=False),
             Rival("scipy", "rotation_spline", "SciPy RotationSpline, another curve", agree=None, best_of=False),
         ),
         ahead=10,
@@ -52,7 +53,7 @@ def _hermite() -> list[Row]:
     # Each method has a curve of its own: the error says which is nearer to the one that was sampled.
     rivals = (
         Rival("scipy", "tangent", "Zimmermann's method, SciPy", agree=None),
-        Rival("stiefel_rs", "geometric", 'stiefel-rs with `kind="geometric"`', agree=None, best_of=False),
+        Rival("stiefel_rs", "geometric", GEOMETRIC, agree=None, best_of=False),
     )
     ratio = Bound("spline_hermite/setup:error", "error relative to Zimmermann's method", 1.0)
     return [
