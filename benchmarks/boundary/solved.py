@@ -35,26 +35,6 @@ uniformly distributed length at both, in the canonical metric. The residual of p
 reported by the solver; the defect is the same quantity measured on the returned curve. Times are of a call from Python.
 """
 
-# Of a measurement with strategies switched off.
-SEARCH = """## Several solutions
-
-Which solutions `all_found=True` loses if one of its strategies is switched off: 47 random problems on St(3,1), St(3,2)
-and St(4,2), with distance up to 3 and speeds up to 6, with both up to 2, and from rest to rest. Solutions are ranked by
-cost among all that any strategy finds, including rejected ones. Two strategies are left out:
-families from random initial data, used if a problem has fewer than four cubics with one extra turn, and turns of the
-columns among themselves. Without the latter, one of two problems on St(4,4) loses its second solution, and they have 4
-and 3 solutions instead of 7 each.
-
-| solutions lost without                             | cheapest | second | third | fourth, fifth | share of time |
-|----------------------------------------------------|----------|--------|-------|---------------|---------------|
-| (found by all strategies together)                 | 47 of 47 | 45     | 33    | 27 of 70      |               |
-| Newton's method from the flat-space cubic          | 0        | 4      | 0     | 0             | 1 %           |
-| descents of `from_boundary`                        | 2        | 0      | 0     | 0             | 1 %           |
-| descents from cubics with one extra full turn      | 1        | 5      | 5     | 0             | 5 %           |
-| descents from cubics with two extra full turns     | 0        | 0      | 6     | 14            | 24 %          |
-| families of data from curves with one extra turn   | 0        | 3      | 16    | 8             | 70 %          |
-"""
-
 
 @dataclass(frozen=True)
 class Tally:
@@ -132,7 +112,6 @@ def page(count: int) -> str:
         table = tabulate(lines, headers=HEADERS, tablefmt="github", disable_numparse=True)
         parts.append(f"## {family.title}\n\n{family.target}\n\n{table}\n")
     progress.close()
-    parts.append(SEARCH)
     facts |= {"load average, at the end": load(), "duration": f"{time.time() - started:.0f} s"}
     parts.append("## The run\n\n" + tabulate(facts.items(), headers=("", "this run"), tablefmt="github"))
     return "\n".join(parts) + "\n"

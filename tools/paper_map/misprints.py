@@ -17,8 +17,7 @@ GEODESIC: Final = Misprint(
     "The quasi-geodesic is a geodesic only if `X = 0` or `Omega = 0`.",
     "It is a geodesic if and only if `K Omega = 0`, `K = X S`; equivalent for k = 1 and 2, but not for k >= 3.",
     "On St(4,3) there is a geodesic whose X and Omega have the Frobenius norm {error}, from entries of 0.8. (The "
-    "report "
-    "uses entries of 1: norms 1.414.)",
+    "report uses entries of 1: norms 1.414.)",
     1.131,
     (
         "test_paper_misprints.py::test_remark_1_for_three_columns",
