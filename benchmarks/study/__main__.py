@@ -91,10 +91,8 @@ def run(extent: Extent, folder: Path) -> str:
         growing_time=extent.growing_time,
         step=long_runs.STEP,
         energy=text.energy_table(energies),
-        energy_text=text.energy_text(energies),
         drift_time=long_runs.DRIFT_TIME,
         drift=text.drift_table(drifts),
-        drift_text=text.drift_text(drifts),
         cost=text.cost_table(costs),
         cost_text=text.cost_text(costs),
     )
