@@ -9,6 +9,9 @@ from benchmarks.compare.page import MET, MISSED
 from benchmarks.compare.row import Rival
 from benchmarks.durations import seconds
 
+# Medians that exceed the shortest time by this factor are told.
+NOISY = 1.15
+
 
 @dataclass(frozen=True)
 class Line:
@@ -89,4 +92,5 @@ def _figure(figure: Figure | str) -> str:
     setup = f", after {seconds(figure.setup)} of compilation" if figure.setup else ""
     error = f", error {figure.error:.1g}" if figure.error is not None else ""
     note = f", {figure.note}" if figure.note else ""
-    return f"{seconds(figure.best)} ({seconds(figure.median)}){threads}{error}{setup}{note}"
+    median = f" (median {seconds(figure.median)})" if figure.median > NOISY * figure.best else ""
+    return f"{seconds(figure.best)}{median}{threads}{error}{setup}{note}"

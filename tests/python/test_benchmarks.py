@@ -104,10 +104,10 @@ def test_a_run_of_some_rows_keeps_the_others():
 
 def test_errors_and_compilation_are_told():
     row = Row("name", "work", (rival := Rival("a", "task", "other"),), exact=True)
-    figures = Figure([1.0], [1.0], error=2e-16), {rival: Figure([2.0], [2.0], setup=3.0, error=1e-13)}
+    figures = Figure([1.0], [1.0], error=2e-16), {rival: Figure([2.0, 4.0, 5.0], [2.0], setup=3.0, error=1e-13)}
     cells = lines_of(Outcome(row, *figures, {}))[0].cells()
-    assert cells[1] == "1 s (1 s), error 2e-16"
-    assert cells[3] == "2 s (2 s), error 1e-13, after 3 s of compilation"
+    assert cells[1] == "1 s, error 2e-16"
+    assert cells[3] == "2 s (median 4 s), error 1e-13, after 3 s of compilation"
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_notes_and_numbers_without_a_bound_are_told():
     row = Row("name", "work", bounds=(Bound("size", "peak memory in MiB"),))
     lines = lines_of(Outcome(row, Figure([1.0], [1.0], note="cost 2, jump 3e-14"), {}, {"size": 12.0}))
     assert [line.cells()[1:3] for line in lines] == [
-        ("1 s (1 s), cost 2, jump 3e-14", ""),
+        ("1 s, cost 2, jump 3e-14", ""),
         ("peak memory in MiB: 12", ""),
     ]
     assert all(line.reached is None for line in lines)
