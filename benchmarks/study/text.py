@@ -57,9 +57,9 @@ def work_table(solves: list[Solve]) -> str:
     rows = []
     for case in dict.fromkeys(solve.case for solve in solves):
         best = sorted(fastest_below([s for s in solves if s.case == case], ACCURATE).values(), key=lambda s: s.best)
-        rows += [
-            (case, s.method, s.parameter, f"{s.error:.1e}", duration(s.best), f"{s.best / best[0].best:.3g}") for s in best
-        ]
+        for solve in best:
+            slower = f"{solve.best / best[0].best:.3g}"
+            rows.append((case, solve.method, solve.parameter, f"{solve.error:.1e}", duration(solve.best), slower))
     return table(rows, ("curve", "method", "with", "error", "time", "over the fastest"))
 
 
