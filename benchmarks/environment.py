@@ -17,14 +17,14 @@ def cores() -> int:
 
 def machine() -> dict[str, str]:
     """Processor, system, load and what the calling environment had set."""
-    return {
+    found = {
         "processor": f"{_processor()}, {cores()} core(s)",
         "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
         "load average, at the start": load(),
-        "`OPENBLAS_CORETYPE`": f"`{forced}` in the calling environment, unset for the run"
-        if (forced := os.environ.get("OPENBLAS_CORETYPE"))
-        else "not set",
     }
+    if forced := os.environ.get("OPENBLAS_CORETYPE"):
+        found["`OPENBLAS_CORETYPE`"] = f"`{forced}` in the calling environment, unset for the run"
+    return found
 
 
 def load() -> str:

@@ -94,11 +94,16 @@ def second_order_table(solves: list[Solve]) -> str:
     return table(rows, ("curve", "with", *SECOND_ORDER))
 
 
+def _clause(message: str) -> str:
+    """First clause of an error message, without its numbers."""
+    return message.split(",")[0].split(" = ")[0]
+
+
 def energy_table(energies: list[Energy]) -> str:
     """Energy errors of all methods."""
     exact = {e.curve: e.speeds[1] for e in energies if e.method == REFERENCE_METHOD}
     rows = [
-        (e.curve, e.method, "stopped", "", "", e.refused)
+        (e.curve, e.method, "stopped", "", "", _clause(e.refused))
         if e.refused
         else (
             # The growth of round-off says nothing about a method.
