@@ -25,11 +25,11 @@ seeded inputs, with one thread unless stated otherwise. Results are compared bef
 alternate, so that slowdowns of the machine affect all of them equally.
 
 Times are the shortest of all samples, for one call, or per point or problem of a call on many; medians that exceed the
-shortest time by more than 15 % are in brackets. A ratio is the other's shortest time over that of stiefel-rs: above 1, stiefel-rs is faster. Errors are relative,
-to a reference of 40 digits or, for interpolants, to the sampled curve. A cost is the integral of the squared covariant
-acceleration, a jump the largest discontinuity of the covariant acceleration at a knot. Times exclude compilation;
-heyoka's is listed separately. Targets were set by this project. An empty cell of the first two columns repeats the cell
-above.
+shortest time by more than 15 % are in brackets. A ratio is the other's shortest time over that of stiefel-rs: above 1,
+stiefel-rs is faster. Errors are relative, to a reference of 40 digits or, for interpolants, to the sampled curve. A
+cost is the integral of the squared covariant acceleration, a jump the largest discontinuity of the covariant
+acceleration at a knot. Times exclude compilation; heyoka's is listed separately. Targets were set by this project. An
+empty cell of the first two columns repeats the cell above.
 
 The first table describes the machine and the versions; a ditto mark repeats the cell to its left. Rows that were
 measured again separately (`ARGS="--only TEXT"`) have their own column.
