@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from tabulate import tabulate  # type: ignore[import-untyped]
 
@@ -63,9 +64,9 @@ class Page:
             if header == HEADERS:
                 lines = _filled(rows)
             else:
-                rows = [_repeated(row) for row in rows]
+                facts = [_repeated(row) for row in rows]
                 for i, run in enumerate(header[1:], 1):
-                    runs[run] = {row[0]: row[i] for row in rows if row[i]}
+                    runs[run] = {row[0]: row[i] for row in facts if row[i]}
         return Page(runs, lines, dict(SKIPPED.findall(text)))
 
     def updated(self, newer: Page, order: Sequence[str]) -> Page:
@@ -120,7 +121,7 @@ def _filled(lines: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
 
 def _dittoed(row: tuple[str, ...]) -> tuple[str, ...]:
     """A row of the table of circumstances, with marks for cells that repeat the cell before."""
-    pairs = zip(row[1:-1], row[2:], strict=True)
+    pairs = pairwise(row[1:])
     return *row[:2], *(DITTO if cell and cell == before else cell for before, cell in pairs)
 
 

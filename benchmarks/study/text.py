@@ -96,7 +96,7 @@ def second_order_table(solves: list[Solve]) -> str:
 
 def _clause(message: str) -> str:
     """First clause of an error message, without its numbers."""
-    return message.split(",")[0].split(" = ")[0]
+    return message.partition(",")[0].partition(" = ")[0]
 
 
 def energy_table(energies: list[Energy]) -> str:
