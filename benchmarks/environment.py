@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -25,6 +26,12 @@ def machine() -> dict[str, str]:
     if forced := os.environ.get("OPENBLAS_CORETYPE"):
         found["`OPENBLAS_CORETYPE`"] = f"`{forced}` in the calling environment, unset for the run"
     return found
+
+
+def sentence(facts: Mapping[str, str]) -> str:
+    """The circumstances of a run as text."""
+    text = "; ".join(f"{name}: {value}" for name, value in facts.items())
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def load() -> str:

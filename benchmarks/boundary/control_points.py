@@ -20,7 +20,7 @@ from tqdm import tqdm  # type: ignore[import-untyped]
 
 from benchmarks.boundary.random_problems import Cubics, Family, problem
 from benchmarks.durations import seconds
-from benchmarks.environment import ROOT, load, machine
+from benchmarks.environment import ROOT, load, machine, sentence
 from benchmarks.problems import Array
 from stiefel_rs import Curve, GeometricCubic, GeometricPolynomial, Stiefel, StiefelError
 
@@ -248,7 +248,7 @@ def page(count: int) -> str:
         points=len(POINTS),
         times=times_table(tallies),
         slower=_slower(tallies),
-        run=tabulate(facts.items(), headers=("", "this run"), tablefmt="github"),
+        run=sentence(facts),
     )
 
 

@@ -20,7 +20,7 @@ from tabulate import tabulate  # type: ignore[import-untyped]
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from benchmarks.boundary.random_problems import Cubics
-from benchmarks.environment import ROOT, machine
+from benchmarks.environment import ROOT, machine, sentence
 from benchmarks.problems import Array
 from stiefel_rs import GeometricCubic, Stiefel, StiefelError
 
@@ -180,8 +180,8 @@ def page(count: int, processes: int) -> str:
             lines.append(line(kind, list(tqdm(outcomes, kind.title, len(numbers)))))
     table = tabulate(lines, headers=headers, tablefmt="github")
     facts = machine() | {"date": time.strftime("%Y-%m-%d", time.gmtime()), "processes": str(processes)}
-    run = tabulate(facts.items(), headers=("", "this run"), tablefmt="github")
-    return f"{PREAMBLE.format(count=count, slack=SLACK, searched=SEARCHED)}\n{table}\n\n## The run\n\n{run}\n"
+    preamble = PREAMBLE.format(count=count, slack=SLACK, searched=SEARCHED)
+    return f"{preamble}\n{table}\n\n## The run\n\n{sentence(facts)}\n"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

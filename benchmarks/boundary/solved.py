@@ -17,7 +17,7 @@ from tabulate import tabulate  # type: ignore[import-untyped]
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from benchmarks.boundary.random_problems import FAMILIES, RESIDUAL, Cubics, Family, problem
-from benchmarks.environment import ROOT, load, machine
+from benchmarks.environment import ROOT, load, machine, sentence
 from stiefel_rs import ConvergenceError, SolverReport, Stiefel, StiefelError
 
 SHAPES = ((3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (10, 3))
@@ -113,7 +113,7 @@ def page(count: int) -> str:
         parts.append(f"## {family.title}\n\n{family.target}\n\n{table}\n")
     progress.close()
     facts |= {"load average, at the end": load(), "duration": f"{time.time() - started:.0f} s"}
-    parts.append("## The run\n\n" + tabulate(facts.items(), headers=("", "this run"), tablefmt="github"))
+    parts.append("## The run\n\n" + sentence(facts))
     return "\n".join(parts) + "\n"
 
 

@@ -23,13 +23,12 @@ from tqdm import tqdm  # type: ignore[import-untyped]
 
 import stiefel_rs
 from benchmarks.cluster.sweeps import REACH, Case, Sample, alone, ends, measure, size_of, timed
-from benchmarks.environment import ROOT, load, machine
+from benchmarks.environment import ROOT, load, machine, sentence
 from stiefel_rs.dask import Sweep, solve_boundary
 
 WORKERS = 2
 ROUNDS = 2
 LONG = "## A long sweep"
-FACTS = ("", "this run")
 HEADERS = (
     "problems per task",
     "tasks",
@@ -139,7 +138,7 @@ def tables(cases: Sequence[Case], client: Any, sample: int) -> str:
     parts += [section(case, client, sample) for case in cases]
     facts["load average, at the end"] = load()
     facts["duration"] = f"{time.perf_counter() - start:.0f} s"
-    return "\n".join([*parts, "## The run\n", tabulate(facts.items(), FACTS, tablefmt="github"), ""])
+    return "\n".join([*parts, "## The run\n", sentence(facts), ""])
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
