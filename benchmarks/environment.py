@@ -17,7 +17,7 @@ def cores() -> int:
 
 
 def machine() -> dict[str, str]:
-    """Processor, system, load and what the calling environment had set."""
+    """Processor, system, load, and relevant environment variables."""
     found = {
         "processor": f"{_processor()}, {cores()} core(s)",
         "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",

@@ -77,7 +77,7 @@ def run(rows: Sequence[Row], pool: Pool, effort: Effort) -> list[Outcome]:
 def facts_of(pool: Pool, started: float) -> dict[str, str]:
     """Date and duration of the run, versions, BLAS."""
     facts = {"date": time.strftime("%Y-%m-%d", time.gmtime(started))}
-    # Those of the run are among them: one, or two where two threads are timed.
+    # The load includes the processes of the run itself: one, or two if two threads are timed.
     facts["load average, at the end"] = load()
     facts["duration"] = f"{time.time() - started:.0f} s"
     for name, info in pool.infos().items():

@@ -26,7 +26,7 @@ class Line:
     reached: bool | None = None
 
     def cells(self) -> tuple[str, ...]:
-        """Texts of the line."""
+        """Texts of the cells."""
         verdict = {None: "", True: MET, False: MISSED}[self.reached]
         return self.work, self.ours, self.other, self.figure, self.ratio, self.reach + verdict
 

@@ -16,8 +16,8 @@ from benchmarks.study.work import ACCURATE, EMBEDDED, Cost, Solve, fastest_below
 ROUND_OFF = 1e-13
 SECOND_ORDER = ("splitting, order 2", EMBEDDED, "chart, midpoint")
 SHOWN_STEPS = ("10 steps", "100 steps", "1000 steps")
-# Its largest speed stands for that of the curve. A method has left it whose own differs by more than this share, or
-# whose energy error is larger than the energy.
+# The largest speed represents that of the curve. A method has left the curve if its largest speed differs by more than
+# this fraction, or if its energy error exceeds the energy.
 REFERENCE_METHOD = "splitting, order 8"
 SAME_SPEED = 0.1
 
