@@ -168,8 +168,8 @@ In a tangent space, the logarithms of all subspaces are interpolated entry by en
 2008](https://doi.org/10.2514/1.35374)). In the quarter circle, where all subspaces are within
 {plume[quarter][from_middle]:.0f} degrees of the middle one, this beats `CubicSpline` with natural ends, which assume
 zero acceleration. With end velocities taken from the cubic polynomial through the first four subspaces in the tangent
-space of the first, the spline has a {plume_natural:.1f} times smaller error than with natural ends, and a
-{plume_quarter:.0f} % smaller error than the spline in the tangent space at the middle.
+space of the first, the error of the spline is {plume_natural:.1f} times smaller than with natural ends, and
+{plume_quarter:.0f} % smaller than that of the spline in the tangent space at the middle.
 
 In the full circle some subspaces are {plume[circle][from_middle]:.0f} degrees from the middle one, and the tangent
 space there fails. The tangent space at the Karcher mean works, with all subspaces within
