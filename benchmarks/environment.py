@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -17,14 +18,20 @@ def cores() -> int:
 
 def machine() -> dict[str, str]:
     """Processor, system, load, and relevant environment variables."""
-    return {
+    found = {
         "processor": f"{_processor()}, {cores()} core(s)",
         "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
-        "processes that wanted to run, at the start": load(),
-        "`OPENBLAS_CORETYPE`": f"`{forced}` in the calling environment, unset for the run"
-        if (forced := os.environ.get("OPENBLAS_CORETYPE"))
-        else "not set",
+        "load average, at the start": load(),
     }
+    if forced := os.environ.get("OPENBLAS_CORETYPE"):
+        found["`OPENBLAS_CORETYPE`"] = f"`{forced}` in the calling environment, unset for the run"
+    return found
+
+
+def sentence(facts: Mapping[str, str]) -> str:
+    """The circumstances of a run as text."""
+    text = "; ".join(f"{name}: {value}" for name, value in facts.items())
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def load() -> str:

@@ -62,9 +62,9 @@ velocity jumps, at one keyframe by {jump_of_slerp_velocity:.1f} degrees/s, which
 ![Angular velocity and angular acceleration against time: SciPy's curve slows down from 140 to 20 degrees/s and
 speeds up again between two keyframes, the other speeds up once](figures/gallery/uneven_keyframes.png)
 
-[uneven_keyframes.py](../examples/uneven_keyframes.py) turns a pan/tilt camera through six directions, at times 0.3
-s to 3 s apart, by up to {uneven[largest_turn]:.0f} degrees from one to the next. Between 2.5 s and 4.5 s SciPy's
-`RotationSpline` speeds up, almost stops and speeds up again; ours speeds up once.
+[uneven_keyframes.py](../examples/uneven_keyframes.py) turns a pan/tilt camera through six directions, at times 0.3 s to
+3 s apart, with turns of up to {uneven[largest_turn]:.0f} degrees. Between 2.5 s and 4.5 s SciPy's `RotationSpline`
+speeds up, almost stops and speeds up again; `stiefel_rs.RotationSpline` speeds up once.
 
 | | cost (rad²/s³) | largest acceleration (degrees/s²) |
 |---|---|---|
@@ -72,18 +72,18 @@ s to 3 s apart, by up to {uneven[largest_turn]:.0f} degrees from one to the next
 | the same, with SciPy's angular velocities at the ends | {uneven[cost_same_ends]:.1f} | {uneven[peak_same_ends]:.0f} |
 | `scipy.spatial.transform.RotationSpline` | {uneven[cost_scipy]:.1f} | {uneven[peak_scipy]:.0f} |
 
-SciPy's spline starts and ends with the mean angular velocities of the first and the last interval. These ends
-explain a tenth of the difference in cost. The rest is due to its pieces: the rotation vector from the keyframe
-before is a cubic polynomial of time, which comes close to the least cost only while that vector is short. Here it
-is up to {uneven[largest_rotation_vector]:.0f} degrees long.
+SciPy's spline starts and ends with the mean angular velocities of the first and the last interval. These end conditions
+explain a tenth of the difference in cost. The rest is due to the pieces: in SciPy's spline the rotation vector from the
+previous keyframe is a cubic polynomial of time, which is close to optimal only while the vector is short. Here it is up
+to {uneven[largest_rotation_vector]:.0f} degrees long.
 
-The data were chosen to show this. Of {uneven[random_many]} random sets of four to six keyframes, with intervals of
-0.3 s to 0.5 s and of 2 s to 6 s in turn and a largest turn of 100 to 150 degrees, SciPy's spline costs
-{uneven[random_cost_50]:.1f} times as much in the median ({uneven[random_cost_10]:.1f} to
-{uneven[random_cost_90]:.1f} times from the 10th to the 90th percentile), and its largest acceleration is
-{uneven[random_peak_50]:.1f} times as large ({uneven[random_peak_10]:.1f} to {uneven[random_peak_90]:.1f}). SciPy's
+The keyframes were chosen to show this effect. On {uneven[random_many]} random sets of four to six keyframes, with
+intervals alternating between 0.3 to 0.5 s and 2 to 6 s and a largest turn of 100 to 150 degrees, the cost of SciPy's
+spline is {uneven[random_cost_50]:.1f} times as high in the median ({uneven[random_cost_10]:.1f} to
+{uneven[random_cost_90]:.1f} from the 10th to the 90th percentile), and its largest acceleration
+{uneven[random_peak_50]:.1f} times as high ({uneven[random_peak_10]:.1f} to {uneven[random_peak_90]:.1f}). SciPy's
 spline has the lower cost in {uneven[random_cost_lower]} sets and the lower largest acceleration in
-{uneven[random_peak_lower]}. For {uneven[random_failed]} sets ours is not found: it raises `ConvergenceError`.
+{uneven[random_peak_lower]}. For {uneven[random_failed]} sets `stiefel_rs.RotationSpline` raises `ConvergenceError`.
 
 ## A camera moved by hand
 
@@ -92,23 +92,22 @@ time between keyframes. Right: the body rate of interpolated and of smoothed pos
 
 [camera_path.py](../examples/camera_path.py) reads {camera[seconds]:.0f} s of a [recorded camera
 path](../examples/data/README.md) (CC BY 4.0), {camera[poses]} poses in a TUM file. It keeps every m-th pose and
-measures how far curves through them are from the poses left out: roots of the mean squares, in degrees and mm. The
-poses left out have noise themselves.
+measures the root-mean-square (RMS) distance of curves through them to the omitted poses, which are noisy themselves.
 
 {camera_table}
 
-Splines differ little on this path, which turns by less than 20 degrees between keyframes. `PoseSpline` has the
-least error of rotations with every 10th and 20th pose as keyframes, by less than 1 %; with every 50th and 100th
-SciPy's `RotationSpline` is 1 to 2 % better, and ours 4 to 6 % better than a B-spline of the quaternions. Errors of
-positions differ by the ends alone: both are cubic splines, ours with natural ends, SciPy's not-a-knot. Slerp and
-straight lines are up to 4 times worse.
+Splines differ little on this path, which turns by less than 20 degrees between keyframes. With every 10th and 20th
+pose, `PoseSpline` has the smallest rotation error, by less than 1 %. With every 50th and 100th, SciPy's
+`RotationSpline` is 1 to 2 % better, and `PoseSpline` is 4 to 6 % better than a B-spline of the quaternions. Position
+errors differ only by the end conditions of the cubic splines, natural for `PoseSpline` and not-a-knot for SciPy. Slerp
+and straight lines have up to 4 times larger errors.
 
-Where the poses are dense, their noise counts. With every 2nd pose `PoseSpline.smoothing`, whose lambda is found by
-generalised cross-validation, has less error than every interpolating spline and the same error of rotations as
-slerp; its root mean square acceleration is {smooth_angular:.0f} degrees/s² and {smooth_linear:.1f} m/s², where the
-spline through the poses has {near_angular:.0f} and {near_linear:.1f}. With every 4th pose it smooths rotations too
-much and has more error than all interpolating curves; it still has the least error of positions. SciPy's smoothing
-splines of the components of the quaternions have more error of rotations in both cases.
+With dense poses noise dominates. With every 2nd pose `PoseSpline.smoothing`, with lambda from
+generalised cross-validation, has smaller errors than every interpolating spline and the same rotation error as
+slerp. Its RMS acceleration is {smooth_angular:.0f} degrees/s² and {smooth_linear:.1f} m/s²; the
+interpolating spline has {near_angular:.0f} and {near_linear:.1f}. With every 4th pose it smooths rotations too
+much, with a larger rotation error than all interpolating curves, but has the smallest position error. SciPy's smoothing
+splines of the quaternion components have larger rotation errors in both cases.
 
 ## A target kept in view
 
@@ -129,12 +128,11 @@ largest angle is {target[optimised][off]:.2f} degrees.
 ![Left: one component of the body rate, true, of a spline through the measured orientations, and fitted. Right: the
 misfit of the measurements of each step, falling from 45 to 2](figures/gallery/gyro_fit.png)
 
-[gyro_fit.py](../examples/gyro_fit.py) has 20 s of simulated measurements: a gyro at 50 Hz with a bias, and
-orientations every half second with an error of {gyro[measured]:.1f} degrees. The 41 keyframes of a `RotationSpline`
-and the bias are fitted to both by Adam from optax, with the gradient of the misfit at 64 rates and 16 orientations
-picked at random in each of 400 steps. The fitted curve is off by {gyro[fitted]:.1f} degrees (root of the mean square
-over all times); a spline through the measured orientations, by {gyro[through]:.1f}. The bias is found to
-{gyro[bias_percent]:.0f} % of its length.
+[gyro_fit.py](../examples/gyro_fit.py) uses 20 s of simulated measurements: a gyro at 50 Hz with a bias, and
+orientations every half second with an error of {gyro[measured]:.1f} degrees. Adam (optax) fits the 41 keyframes of a
+`RotationSpline` and the bias to both, with the gradient of the misfit at 64 random rates and 16 random orientations in
+each of 400 steps. The fitted curve has an RMS error of {gyro[fitted]:.1f} degrees; a spline through the measured
+orientations, {gyro[through]:.1f}. The bias has an error of {gyro[bias_percent]:.0f} %.
 
 ## A reduced model
 
@@ -142,76 +140,77 @@ over all times); a spline through the measured orientations, by {gyro[through]:.
 the interface](figures/gallery/reduced_order_model.png)
 
 [reduced_order_model.py](../examples/reduced_order_model.py) solves the heat equation on 2000 points for five positions
-of the interface between two materials. The six modes (POD) that hold most of a solution are a point of St(2000,6). In
-between, modes are needed without solving: those of the nearest position give an error of the reduced model of
-{nearest:.1e} (root of the mean square over 49 positions); a natural spline of the entries {entries:.1e}; the same, made
-orthonormal, {orthonormal:.1e}; `CubicSpline` on the manifold {spline:.1e}, {gain_entries:.1f} and
-{gain_orthonormal:.1f} times less. The modes of each position itself, which need its solution, would give {own:.0e}.
+of the interface between two materials. The six dominant POD modes of each solution are a point of St(2000,6). Modes for
+positions in between are interpolated. RMS errors of the reduced model over 49 positions: {nearest:.1e} with the modes
+of the nearest position; {entries:.1e} with a natural spline of the matrix entries; {orthonormal:.1e} if its values are
+made orthonormal; {spline:.1e} with `CubicSpline` on the manifold, which is {gain_entries:.1f} and
+{gain_orthonormal:.1f} times smaller. The modes of each position itself, which need its solution, give {own:.0e}.
 
-The gain is that of few, far positions, and not always there. With seven positions ends count more than the manifold:
-natural ends give {spline7:.1e} on it, {orthonormal7:.1e} by entries made orthonormal, SciPy's not-a-knot ends
-{not_a_knot7:.1e} by the latter ({not_a_knot:.1e} with five).
+The advantage appears only with few, widely spaced positions, and not always. With seven positions the end conditions
+matter more than the manifold: natural ends give {spline7:.1e} on the manifold and {orthonormal7:.1e} with
+orthonormalised entries; SciPy's not-a-knot ends give {not_a_knot7:.1e} with the latter ({not_a_knot:.1e} with five
+positions).
 
 ## Subspaces for a reduced model
 
 ![Errors of reduced models against the direction of the wind, by ways to have modes in between: left in a quarter of a
 circle, right in a full circle](figures/gallery/reduced_model.png)
 
-[reduced_model.py](../examples/reduced_model.py) has a plume in wind, from a source in the middle of a square, on 1600
-points. The parameter is the direction of the wind. The six modes (POD) are computed for 7 directions in a quarter of a
-circle, or for 18 in a full one, with the signs that the singular value decomposition returns. A reduced model depends
-on their span only, so `CubicSpline(winds, modes, manifold=Grassmann(1600, 6))` joins the spans. Errors of the reduced
-models between these directions, as roots of the mean squares:
+[reduced_model.py](../examples/reduced_model.py) models a plume in wind, from a source in the middle of a square, on
+1600 points. The parameter is the direction of the wind. Six POD modes are computed for 7 directions in a quarter of a
+circle, or for 18 in a full circle, with the signs that the singular value decomposition returns. A reduced model
+depends only on their span, so `CubicSpline(winds, modes, manifold=Grassmann(1600, 6))` interpolates the spans. RMS
+errors of the reduced models between these directions:
 
 {plume_table}
 
 In a tangent space, the logarithms of all subspaces are interpolated entry by entry ([Amsallem, Farhat
-2008](https://doi.org/10.2514/1.35374)). In the quarter, where all subspaces are within
-{plume[quarter][from_middle]:.0f} degrees of the one in the middle, this beats `CubicSpline` with natural ends, which
-suppose that the acceleration there is zero. With end velocities, those of the cubic polynomial through the first four
-subspaces in the tangent space of the first, the spline has {plume_natural:.1f} times less error than with natural
-ends, and {plume_quarter:.0f} % less than the spline in the tangent space at the middle.
+2008](https://doi.org/10.2514/1.35374)). In the quarter circle, where all subspaces are within
+{plume[quarter][from_middle]:.0f} degrees of the middle one, this beats `CubicSpline` with natural ends, which assume
+zero acceleration. With end velocities taken from the cubic polynomial through the first four subspaces in the tangent
+space of the first, the error of the spline is {plume_natural:.1f} times smaller than with natural ends, and
+{plume_quarter:.0f} % smaller than that of the spline in the tangent space at the middle.
 
-In the full circle some subspaces are {plume[circle][from_middle]:.0f} degrees from the one in the middle, and the
-tangent space there fails. The one at the Karcher mean does not, with all subspaces within
-{plume[circle][from_mean]:.0f} degrees, nor does a new one at the nearest subspace for each direction, whose curve is
-not continuous. The periodic spline has {plume_mean:.0f} % and {plume_local:.0f} % less error, without a base to
-choose. All of these errors are far above the one with the modes of the direction itself, {plume[circle][own]:.1e}; the
-nearest approximation by these modes has {plume[circle][floor]:.1e}. More directions help more than another curve: with
-36 of them, 10 degrees apart, the error of the periodic spline is {plume[circle][half_the_step]:.1e}.
+In the full circle some subspaces are {plume[circle][from_middle]:.0f} degrees from the middle one, and the tangent
+space there fails. The tangent space at the Karcher mean works, with all subspaces within
+{plume[circle][from_mean]:.0f} degrees, and so does the one at the nearest subspace for each direction, whose curve is
+discontinuous. The periodic spline has {plume_mean:.0f} % and {plume_local:.0f} % smaller errors, without choosing a
+base point. All of these errors are far above that with the modes of the direction itself, {plume[circle][own]:.1e};
+the best approximation by these modes has {plume[circle][floor]:.1e}. More directions help more than another curve:
+with 36 directions, 10 degrees apart, the error of the periodic spline is {plume[circle][half_the_step]:.1e}.
 
-`CubicSpline` without `manifold=` takes the modes as frames. With their signs as they are it raises `ConvergenceError`:
-a column that changes its sign is half a turn away. Turned by `Grassmann.align`, each to be near to the one before,
-frames give the same error as subspaces in the quarter.
+Without `manifold=`, `CubicSpline` treats the modes as frames and raises `ConvergenceError`, because a column with the
+opposite sign is half a turn away. If each frame is first aligned with the previous one by `Grassmann.align`, frames
+give the same error as subspaces in the quarter circle.
 
 SMT {plume[libraries][versions][smt]} and UQpy {plume[libraries][versions][UQpy]} were run separately, by
 [subspaces_by_other_libraries.py](../examples/subspaces_by_other_libraries.py). SMT's `PODI.interp_subspaces`
-interpolates in a tangent space by Kriging. In the quarter it fits the shortest correlation length that it allows to
-four of six coefficients, with which values between the data fall back to their mean. UQpy's `GrassmannInterpolation`
-interpolates linearly between points of two or more parameters; the second was made up.
+interpolates in a tangent space by Kriging. In the quarter circle it fits its shortest allowed correlation length to
+four of six coefficients, so that values between the data fall back to the mean. UQpy's `GrassmannInterpolation`
+interpolates linearly in two or more parameters; a dummy second parameter was added.
 
 ## A plane that moves
 
 ![Left: three entries of a basis of the plane: of noisy windows, smoothed, and true. Right: angle to the true
 plane](figures/gallery/moving_subspace.png)
 
-[moving_subspace.py](../examples/moving_subspace.py) has 24 noisy sensors whose signals stay near a plane that turns, by
-up to {turned:.0f} degrees in a minute. Windows of one second give it as their two largest principal components, with an
-error of {rms_one_window:.1f} degrees (root of the mean square). Longer windows are less noisy and lag behind; the
-length that is best, known here since the truth is, is {best_length} s, with {rms_best_length:.1f} degrees.
-`SmoothingSpline` through the bases of the short windows, points of St(24,2) turned in their planes to be near to each
-other, has {rms_smoothed:.1f} degrees, with a lambda that generalised cross-validation found from the data alone.
+[moving_subspace.py](../examples/moving_subspace.py) simulates 24 noisy sensors whose signals stay near a plane that
+turns by up to {turned:.0f} degrees in a minute. The two largest principal components of windows of one second estimate
+the plane with an RMS error of {rms_one_window:.1f} degrees. Longer windows are less noisy but lag behind; the best
+length, known only because the truth is, is {best_length} s, with {rms_best_length:.1f} degrees. A `SmoothingSpline` of
+the bases of the short windows, aligned as points of St(24,2), has {rms_smoothed:.1f} degrees, with lambda from
+generalised cross-validation of the data.
 
 ## A grand tour of the penguins
 
 ![Eight pictures of the penguins along the tour, and the share of the variance that is between the
 species](figures/gallery/grand_tour.png)
 
-[grand_tour.py](../examples/grand_tour.py) looks at the six measurements (bill length and depth, flipper length, mass,
-two isotope ratios) of {rows} penguins, from the [data of the palmerpenguins package](../examples/data/README.md)
-(CC0), through two-dimensional projections: points of St(6,2). Along shortest curves between seven random ones, at
-speed 1, the velocity turns abruptly by {smallest_turn_of_geodesics:.1f} to {largest_turn_of_geodesics:.1f}; the spline
-through the same seven moves on smoothly. At t = {best_separation_time:.1f} the picture separates the species best:
+[grand_tour.py](../examples/grand_tour.py) shows six measurements (bill length and depth, flipper length, mass, two
+isotope ratios) of {rows} penguins, from the [data of the palmerpenguins package](../examples/data/README.md) (CC0), in
+two-dimensional projections, which are points of St(6,2). Along geodesics between seven random projections, at speed 1,
+the velocity jumps by {smallest_turn_of_geodesics:.1f} to {largest_turn_of_geodesics:.1f}; the spline through the same
+projections is smooth. At t = {best_separation_time:.1f} the projection separates the species best:
 {best_separation:.0%} of its variance is between them.
 
 ## A path through quantum gates
@@ -219,22 +218,21 @@ through the same seven moves on smoothly. At t = {best_separation_time:.1f} the 
 ![Above: Pauli components of the Hamiltonians of four paths through six two-qubit gates. Below: their slew
 rates](figures/gallery/quantum_gates.png)
 
-[quantum_gates.py](../examples/quantum_gates.py) goes through the gates I, CNOT, CZ, iSWAP, SWAP and controlled
-Hadamard, points of U(4) at times 0 to 5. Their global phases are chosen so that the geodesic from the gate before is
-shortest. By Schrödinger's equation `i dU/dt = H U`, every path has the Hamiltonian `H = i dU/dt U^H`. With stops, the
-share `3 s² - 2 s³` of a geodesic is done when the share `s` of its time has passed.
+[quantum_gates.py](../examples/quantum_gates.py) interpolates the gates I, CNOT, CZ, iSWAP, SWAP and controlled
+Hadamard, points of U(4) at times 0 to 5. Global phases are chosen so that the geodesic from the previous gate is
+shortest. By Schrödinger's equation `i dU/dt = H U`, every path has the Hamiltonian `H = i dU/dt U^H`. Geodesics with
+stops have covered the fraction `3 s² - 2 s³` of their length after the fraction `s` of their time.
 
 {gates_table}
 
-The Hamiltonian of geodesics is constant between gates and jumps at them; that of a spline is continuous, and so is its
-derivative. `CubicSpline(times, gates, manifold=Stiefel(4, 4, field="complex"))` makes the integral in the third column
-stationary, twice its `cost()`: the canonical metric of U(4) is bi-invariant, and the covariant acceleration is
-`-i dH/dt U`. In this metric all 16 Pauli components of `dH/dt` have the same weight; a device whose terms differ in
-what they cost needs another one, which splines do not have. A natural
-spline starts and ends with a Hamiltonian that is not zero, of norm {gates[natural spline][at_ends]:.1f} at most, a
-clamped one with zero. Both need a larger Hamiltonian than geodesics, by {gates_more_natural:.0f} % and
-{gates_more_clamped:.0f} %. Geodesics with stops start and end with zero too, and need a larger Hamiltonian and a
-larger slew rate than the clamped spline.
+The Hamiltonian of geodesics is constant between gates and jumps at gates; that of a spline is continuously
+differentiable. `CubicSpline(times, gates, manifold=Stiefel(4, 4, field="complex"))` makes the integral in the third
+column stationary, which is twice its `cost()`: the canonical metric of U(4) is bi-invariant, and the covariant
+acceleration is `-i dH/dt U`. In this metric all 16 Pauli components of `dH/dt` have the same weight; a device with
+terms of different cost would need another metric, which splines do not support. The Hamiltonian of the natural spline
+has a norm of up to {gates[natural spline][at_ends]:.1f} at the ends, that of the clamped spline is zero there. Both
+need a larger Hamiltonian than geodesics, by {gates_more_natural:.0f} % and {gates_more_clamped:.0f} %. Geodesics with
+stops also start and end with zero, and need a larger Hamiltonian and slew rate than the clamped spline.
 
 All Hamiltonians are Hermitian to {gates_hermitian:.0e}. SciPy's `solve_ivp` with a relative tolerance of 1e-12, started
 at the first gate, passes all others within {gates_missed:.0e}.

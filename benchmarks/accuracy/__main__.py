@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -32,7 +33,7 @@ def exp_line(case: Case) -> tuple[str, ...]:
     ours = exp_errors(skew_exp(case.matrix), case.matrix, reference)
     theirs = exp_errors(scipy.linalg.expm(case.matrix), case.matrix, reference)
     cells = _marked(ours, ("forward", "off_diagonal", "defect"), ours.above(ExpErrors.bounds(case.matrix)))
-    return case.name, str(case.m), *cells, f"{theirs.forward:.1e}", f"{theirs.off_diagonal:.1e}", f"{theirs.defect:.1e}"
+    return case.name, str(case.m), *cells, f"{theirs.forward:.1e}", f"{theirs.defect:.1e}"
 
 
 def _marked(errors: ExpErrors | LogErrors, names: Sequence[str], above: Sequence[str]) -> list[str]:
@@ -45,12 +46,7 @@ def log_line(case: Case) -> tuple[str, ...]:
     Q = case.matrix
     reference = log_reference(Q)
     theirs = log_errors(scipy_logm(Q), Q, reference)
-    other = (
-        f"{theirs.forward:.1e}",
-        f"{theirs.backward:.1e}",
-        f"{theirs.skewness:.1e}",
-        "yes" if theirs.real else "no",
-    )
+    other = f"{theirs.forward:.1e}" + ("" if theirs.real else " *"), f"{theirs.backward:.1e}"
     try:
         L = orthogonal_log(Q)
     except OutsideDomainError:
@@ -62,27 +58,42 @@ def log_line(case: Case) -> tuple[str, ...]:
 
 EXP_HEADERS = (
     "case", "m", "forward", "off diagonal", "orthogonality",
-    "SciPy forward", "off diagonal", "orthogonality",
+    "SciPy forward", "orthogonality",
 )  # fmt: skip
 LOG_HEADERS = (
-    "case", "m", "condition", "forward", "backward", "skewness",
-    "SciPy forward", "backward", "skewness", "real",
+    "case", "m", "condition", "forward", "backward",
+    "SciPy forward", "backward",
 )  # fmt: skip
+SKEWNESS = 5
+# Families of which the page shows some angles or sizes; all of them are computed, and asserted by the tests.
+NEAR_PI = re.compile(r"one angle pi - 1e-(\d\d)")
+SHOWN = (6, 14)
+LEFT_OUT = {"random, norm": (6,), "all angles 1.2": (6, 12), "angles 1e-8 apart": (6,), "angles 1e-5 apart": (6, 12)}
 
 PAGE = Path(__file__).with_name("page.md")
 
 
+def is_shown(name: str, m: int) -> bool:
+    """Whether the page has a line for a case with this name and size."""
+    if found := NEAR_PI.fullmatch(name):
+        return int(found[1]) in SHOWN
+    return not any(name.startswith(family) and m in sizes for family, sizes in LEFT_OUT.items())
+
+
 def page() -> str:
     """The whole page."""
-    exp = [exp_line(case) for case in tqdm(exp_cases(), desc="skew_exp")]
+    exp = [exp_line(case) for case in tqdm(exp_cases(), desc="skew_exp") if is_shown(case.name, case.m)]
     log = [log_line(case) for case in tqdm(log_cases(), desc="orthogonal_log")]
+    skewness = max((line[SKEWNESS] for line in log if line[SKEWNESS]), key=lambda cell: float(cell.split()[0]))
+    shown = [(*line[:SKEWNESS], *line[SKEWNESS + 1 :]) for line in log if is_shown(line[0], int(line[1]))]
     return PAGE.read_text().format(
         digits=50,
         version=stiefel_rs.__version__,
         scipy=scipy.__version__,
         numpy=np.__version__,
         exp=tabulate(exp, headers=EXP_HEADERS, tablefmt="github", disable_numparse=True),
-        log=tabulate(log, headers=LOG_HEADERS, tablefmt="github", disable_numparse=True),
+        skewness=skewness,
+        log=tabulate(shown, headers=LOG_HEADERS, tablefmt="github", disable_numparse=True),
     )
 
 

@@ -20,7 +20,7 @@ from tqdm import tqdm  # type: ignore[import-untyped]
 
 from benchmarks.boundary.random_problems import Cubics, Family, problem
 from benchmarks.durations import seconds
-from benchmarks.environment import ROOT, load, machine
+from benchmarks.environment import ROOT, load, machine, sentence
 from benchmarks.problems import Array
 from stiefel_rs import Curve, GeometricCubic, GeometricPolynomial, Stiefel, StiefelError
 
@@ -180,8 +180,8 @@ def _steps(tallies: list[Tally]) -> str:
     steps = [n for t in tallies for s in t.samples.values() for n in s.steps]
     means = [float(np.mean(s.steps)) for t in tallies for s in t.samples.values() if s.steps]
     return (
-        f"The search for least cost took {min(means):.2g} to {max(means):.2g} steps in the mean, by shape and degree, "
-        f"and {max(steps)} at most."
+        f"The search for least cost took {min(means):.2g} to {max(means):.2g} steps on average, by shape and "
+        f"degree, and at most {max(steps)}."
     )
 
 
@@ -193,7 +193,7 @@ def _refused(tallies: list[Tally]) -> str:
         if s.failures
     ]
     found += [f"{t.title}: {t.unsolved} boundary problems without a solution" for t in tallies if t.unsolved]
-    return "Left out: " + "; ".join(found) + "." if found else "Nothing was refused, and every search converged."
+    return "Left out: " + "; ".join(found) + "." if found else "All curves exist, and every search converged."
 
 
 def _cheaper(tallies: list[Tally]) -> str:
@@ -203,9 +203,9 @@ def _cheaper(tallies: list[Tally]) -> str:
         if any(s.cheaper for s in t.samples.values())
     ]
     if not found:
-        return "No polynomial cost less than the cubic found."
+        return "No polynomial had a lower cost than the cubic."
     return (
-        "Cubics are stationary, not always the cheapest: a polynomial cost less than the cubic found in up to "
+        "Cubics are stationary, not always the cheapest: a polynomial had a lower cost than the cubic in up to "
         f"{', '.join(found)} of these problems."
     )
 
@@ -223,8 +223,8 @@ def _slower(tallies: list[Tally]) -> str:
 
     build, point = ratios("build"), ratios("point")
     return (
-        f"A polynomial of least cost took {min(build):.2g} to {max(build):.3g} times as long to build as the exact "
-        f"cubic, and {min(point):.2g} to {max(point):.3g} times as long for a point."
+        f"Compared with the exact cubic, a polynomial of least cost took {min(build):.2g} to {max(build):.3g} times as "
+        f"long to build, and {min(point):.2g} to {max(point):.3g} times as long for a point."
     )
 
 
@@ -233,7 +233,7 @@ def page(count: int) -> str:
     facts = machine() | {"date": time.strftime("%Y-%m-%d", time.gmtime())}
     started = time.time()
     tallies = [measure(n, k, count) for n, k in tqdm(SHAPES, unit="shape")]
-    facts |= {"processes that wanted to run, at the end": load(), "duration": f"{time.time() - started:.0f} s"}
+    facts |= {"load average, at the end": load(), "duration": f"{time.time() - started:.0f} s"}
     return PAGE.read_text().format(
         count=count,
         distance=FAMILY.distance,
@@ -248,7 +248,7 @@ def page(count: int) -> str:
         points=len(POINTS),
         times=times_table(tallies),
         slower=_slower(tallies),
-        run=tabulate(facts.items(), headers=("", "this run"), tablefmt="github"),
+        run=sentence(facts),
     )
 
 

@@ -20,7 +20,7 @@ from tabulate import tabulate  # type: ignore[import-untyped]
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from benchmarks.boundary.random_problems import Cubics
-from benchmarks.environment import ROOT, machine
+from benchmarks.environment import ROOT, machine, sentence
 from benchmarks.problems import Array
 from stiefel_rs import GeometricCubic, Stiefel, StiefelError
 
@@ -35,10 +35,10 @@ NEWTON = 12
 
 PREAMBLE = """# What solutions cost
 
-Written by `make boundary-cost`. `RiemannianCubic.from_boundary` returns one of many solutions. Here are {count}
-problems, and how many of its solutions cost more than {slack} times the cheapest of: the solution of the reversed
-problem; the geodesic run from rest to rest (if both velocities are zero); the solution to which Newton's method leads
-from the geometric cubic; and, for one problem in {searched}, everything that `all_found=True` finds.
+Written by `make boundary-cost`. `RiemannianCubic.from_boundary` returns one of many solutions. For {count} problems,
+the table counts its solutions that cost more than {slack} times the cheapest of: the solution of the reversed problem;
+the geodesic traversed from rest to rest (if both velocities are zero); the solution that Newton's method finds from the
+geometric cubic; and, for one problem in {searched}, everything that `all_found=True` finds.
 """
 
 
@@ -180,8 +180,8 @@ def page(count: int, processes: int) -> str:
             lines.append(line(kind, list(tqdm(outcomes, kind.title, len(numbers)))))
     table = tabulate(lines, headers=headers, tablefmt="github")
     facts = machine() | {"date": time.strftime("%Y-%m-%d", time.gmtime()), "processes": str(processes)}
-    run = tabulate(facts.items(), headers=("", "this run"), tablefmt="github")
-    return f"{PREAMBLE.format(count=count, slack=SLACK, searched=SEARCHED)}\n{table}\n\n## The run\n\n{run}\n"
+    preamble = PREAMBLE.format(count=count, slack=SLACK, searched=SEARCHED)
+    return f"{preamble}\n{table}\n\n## The run\n\n{sentence(facts)}\n"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

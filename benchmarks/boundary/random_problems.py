@@ -26,13 +26,15 @@ class Family:
 
     @property
     def title(self) -> str:
-        """The heading of the family, with its targets."""
+        """The heading of the family."""
+        return f"Distance up to {self.distance:g}, speeds up to {self.speed:g}"
+
+    @property
+    def target(self) -> str:
+        """The targets of the family."""
         steps = f", at most {self.steps} Newton steps" if self.steps is not None else ""
         share = "all" if self.share == 1 else f"at least {self.share:.0%}"
-        return (
-            f"Distance up to {self.distance:g}, speeds up to {self.speed:g}; to be reached: {share} solved, "
-            f"residual {RESIDUAL:g}{steps}"
-        )
+        return f"Target: {share} solved, residual at most {RESIDUAL:g}{steps}."
 
 
 FAMILIES = (Family(2.0, 2.0, 1.0, 12), Family(3.0, 6.0, 0.99, None))

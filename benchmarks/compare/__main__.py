@@ -78,7 +78,7 @@ def facts_of(pool: Pool, started: float) -> dict[str, str]:
     """Date and duration of the run, versions, BLAS."""
     facts = {"date": time.strftime("%Y-%m-%d", time.gmtime(started))}
     # The load includes the processes of the run itself: one, or two if two threads are timed.
-    facts["the same, at the end"] = load()
+    facts["load average, at the end"] = load()
     facts["duration"] = f"{time.time() - started:.0f} s"
     for name, info in pool.infos().items():
         if name == "stiefel_rs_threads":

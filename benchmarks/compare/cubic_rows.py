@@ -27,7 +27,7 @@ def _initial() -> list[Row]:
     )
     points = Row(
         "cubic_points/sphere",
-        "1000 points of that curve",
+        "1000 points of `RiemannianCubic.from_initial`, the paper's S^2 data",
         (Rival("heyoka", "heyoka", "heyoka, continuous output", agree=1e-11),),
         unit="point",
     )
@@ -37,7 +37,7 @@ def _initial() -> list[Row]:
 def _paper_boundary() -> list[Row]:
     sphere = (
         Rival("heyoka", "heyoka", "heyoka, Newton on its variational equations", agree=1e-11),
-        Rival("heyoka", "compact", "the same in compact mode", agree=1e-11),
+        Rival("heyoka", "compact", "heyoka, the same in compact mode", agree=1e-11),
         Rival("scipy", "bvp", "SciPy solve_bvp, embedded equation", agree=1e-10),
         Rival("scipy", "shooting", "SciPy DOP853 and root, embedded equation", agree=1e-10),
     )
@@ -57,7 +57,7 @@ def _paper_boundary() -> list[Row]:
 def _random_boundary() -> list[Row]:
     reach = dict(zip(cubic_problems.RANDOM, (5, 40, None), strict=True))
     shooting = Rival("scipy", "shooting", "SciPy DOP853 and root, equation on SO(10)", agree=1e-9)
-    parts = Rival("scipy", "qr_lift", "NumPy, its QR and the lift of one point alone", agree=None, best_of=False)
+    parts = Rival("scipy", "qr_lift", "NumPy: only QR and lift of one point", agree=None, best_of=False)
     rivals = {(10, 3): (shooting,), (1000, 5): (parts,)}
     rows = [
         Row(
@@ -69,5 +69,6 @@ def _random_boundary() -> list[Row]:
         )
         for (n, k), ms in reach.items()
     ]
-    inner = Row("cubic_boundary/reduced", "that without QR and lift: its 20 dimensions alone", seconds=40 * MS)
+    work = "`RiemannianCubic.from_boundary`, the 20 dimensions of St(1000,5) without QR and lift"
+    inner = Row("cubic_boundary/reduced", work, seconds=40 * MS)
     return [*rows, inner]

@@ -15,7 +15,7 @@ def gradients() -> list[Row]:
     work = f"value and gradient of a function of a spline of {count} rotations, by `stiefel_rs.jax`"
     rows = [_row("spline", work, at_most=2.0, unrolled=Rival("jax", "unrolled", UNROLLED, agree=1e-2))]
     for n, k in gradient_problems.SHAPES:
-        work = f"the same of a boundary problem on St({n},{k}), by its first velocity"
+        work = f"value and gradient of a boundary problem on St({n},{k}), by its first velocity"
         rival = Rival("jax", "unrolled", UNROLLED, agree=1e-5) if (n, k) in gradient_problems.UNROLLED else None
         rows.append(_row(f"{n},{k}", work, at_most=1.5, unrolled=rival))
     return rows

@@ -5,10 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from tabulate import tabulate  # type: ignore[import-untyped]
 
-HEADERS = ("work", "ours", "other", "its figure", "ratio", "reach", "reached")
+HEADERS = ("task", "stiefel-rs", "compared with", "its result", "ratio", "target")
+MET, MISSED = ", met", ", **missed**"
+# In the table of circumstances: as in the column before.
+DITTO = '"'
 WHOLE = "this run"
 # An escaped bar belongs to a cell.
 BAR = re.compile(r"(?<!\\)\|")
@@ -16,16 +20,20 @@ SKIPPED = re.compile(r"^`(\w+)` skipped: (.*)$", re.MULTILINE)
 
 PREAMBLE = """# Benchmarks
 
-Written by `make benchmark`; `benchmarks/compare/` holds the harness, each library's pinned versions, and the methods
-that were written for comparison. Every library runs in a process and a virtual environment of its own, on the same
-seeded inputs, with one thread each (rows that say otherwise excepted). Before timing, results are compared. Samples are
-taken in turn, so that a slow moment of the machine meets everybody.
+Written by `make benchmark`; `benchmarks/compare/` contains the harness, the pinned versions of the libraries, and the
+methods that were implemented for comparison. Each library runs in its own process and virtual environment, on the same
+seeded inputs, with one thread unless stated otherwise. Results are compared before timing. Samples of all libraries
+alternate, so that slowdowns of the machine affect all of them equally.
 
-Figures are the shortest time of all samples, with the median in brackets; for one call, or for one point or problem of
-a call on many. Ratios are of the shortest times, the other's over ours: above 1, ours is faster. Errors are relative,
-against 40 digits, or, of interpolants, against the curve that was sampled. Costs are integrals of the squared covariant
-acceleration, jumps those of that acceleration at the knots. Compilation is no part of a figure; for heyoka its time is
-told. Rows that were measured again by themselves (`ARGS="--only TEXT"`) have a column of their own in the first table.
+Times are the shortest of all samples, for one call, or per point or problem of a call on many; medians that exceed the
+shortest time by more than 15 % are in brackets. A ratio is the other's shortest time over that of stiefel-rs: above 1,
+stiefel-rs is faster. Errors are relative, to a reference of 40 digits or, for interpolants, to the sampled curve. A
+cost is the integral of the squared covariant acceleration, a jump the largest discontinuity of the covariant
+acceleration at a knot. Times exclude compilation; heyoka's is listed separately. Targets were set by this project. An
+empty cell of the first two columns repeats the cell above.
+
+The first table describes the machine and the versions; a ditto mark repeats the cell to its left. Rows that were
+measured again separately (`ARGS="--only TEXT"`) have their own column.
 """
 
 
@@ -54,10 +62,11 @@ class Page:
         lines: list[tuple[str, ...]] = []
         for header, *rows in _tables(text):
             if header == HEADERS:
-                lines = rows
+                lines = _filled(rows)
             else:
+                facts = [_repeated(row) for row in rows]
                 for i, run in enumerate(header[1:], 1):
-                    runs[run] = {row[0]: row[i] for row in rows if row[i]}
+                    runs[run] = {row[0]: row[i] for row in facts if row[i]}
         return Page(runs, lines, dict(SKIPPED.findall(text)))
 
     def updated(self, newer: Page, order: Sequence[str]) -> Page:
@@ -73,14 +82,14 @@ class Page:
     def text(self) -> str:
         """The page in Markdown."""
         names = dict.fromkeys(name for facts in self.facts.values() for name in facts)
-        facts = [(name, *(run.get(name, "") for run in self.facts.values())) for name in names]
-        judged = [line[-1] for line in self.lines if line[-1]]
+        facts = [_dittoed((name, *(run.get(name, "") for run in self.facts.values()))) for name in names]
+        met, missed = (sum(line[-1].endswith(verdict) for line in self.lines) for verdict in (MET, MISSED))
         parts = [
             PREAMBLE,
             _table(facts, ("", *self.facts)),
-            f"\nReached: {judged.count('yes')} of the {len(judged)} targets that could be judged.\n",
+            f"\n{met} of {met + missed} targets are met.\n",
             *(f"`{peer}` skipped: {_line(reason)}\n" for peer, reason in self.failures.items()),
-            _table(self.lines, HEADERS),
+            _table(_thinned(self.lines), HEADERS),
         ]
         return "\n".join(parts) + "\n"
 
@@ -88,6 +97,41 @@ class Page:
 def _table(rows: Iterable[Sequence[str]], headers: Sequence[str]) -> str:
     escaped = [[_line(cell).replace("|", "\\|") for cell in row] for row in rows]
     return str(tabulate(escaped, headers=headers, tablefmt="github", disable_numparse=True))
+
+
+def _thinned(lines: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Lines without what their first two cells repeat of the line above."""
+    found, above = [], ("", "")
+    for line in lines:
+        work = "" if line[0] == above[0] else line[0]
+        ours = "" if line[:2] == above else line[1]
+        found.append((work, ours, *line[2:]))
+        above = line[0], line[1]
+    return found
+
+
+def _filled(lines: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """The inverse of `_thinned`."""
+    found: list[tuple[str, ...]] = []
+    for line in lines:
+        work, ours = (cell or found[-1][i] for i, cell in enumerate(line[:2]))
+        found.append((work, ours, *line[2:]))
+    return found
+
+
+def _dittoed(row: tuple[str, ...]) -> tuple[str, ...]:
+    """A row of the table of circumstances, with marks for cells that repeat the cell before."""
+    pairs = pairwise(row[1:])
+    return *row[:2], *(DITTO if cell and cell == before else cell for before, cell in pairs)
+
+
+def _repeated(row: tuple[str, ...]) -> tuple[str, ...]:
+    """The inverse of `_dittoed`."""
+    found = list(row)
+    for i, cell in enumerate(row):
+        if cell == DITTO:
+            found[i] = found[i - 1]
+    return tuple(found)
 
 
 def _line(text: str) -> str:

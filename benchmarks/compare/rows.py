@@ -116,11 +116,11 @@ def _single_point() -> Row:
 
 def _tall_curve() -> list[Row]:
     work = f"`GeometricCubic`, {problems.TALL_POINTS} points at once, St(10^6,{problems.TALL[1]})"
-    gemm = Rival("scipy", "gemm", "NumPy GEMM of that output", at_most=1.5, agree=None)
+    gemm = Rival("scipy", "gemm", "NumPy GEMM with that output", at_most=1.5, agree=None)
     memory = Bound("curve_tall:memory", "peak memory / (input + output)", 1.2)
     return [
         Row("curve_tall", work, (gemm,), unit="point", bounds=(memory,)),
-        Row("curve_tall_start", f"its construction, St(10^6,{problems.TALL[1]})"),
+        Row("curve_tall_start", f"`GeometricCubic`, construction, St(10^6,{problems.TALL[1]})"),
     ]
 
 
@@ -131,7 +131,7 @@ def _batches() -> list[Row]:
         loop = Rival("scipy", "loop", "Python loop over SciPy", agree=None)
         rows.append(_batch(name, f"`{function}`, m = {m}", (loop,)))
     for function in ("retract", "inverse_retract", "log"):
-        loop = Rival("stiefel_rs", "ours_loop", "Python loop over our calls", agree=None)
+        loop = Rival("stiefel_rs", "ours_loop", "Python loop over single calls", agree=None)
         rows.append(_batch(f"{function}/4,2", f"`{function}`, St(4,2)", (loop,)))
     return rows
 

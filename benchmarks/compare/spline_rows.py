@@ -8,6 +8,7 @@ from benchmarks.compare.row import Bound, Rival, Row
 JUMP = 1e-10
 # InterpolatePy stops when orientations and derivatives at the knots agree to 1e-8.
 MEETS = 1e-7
+GEOMETRIC = 'stiefel-rs with `kind="geometric"`'
 
 
 def splines() -> list[Row]:
@@ -22,9 +23,9 @@ def _keyframes(count: int) -> Row:
         f"natural `CubicSpline`, {count} keyframes on SO(3), as St(3,2)",
         (
             Rival("interpolatepy", "interpolatepy", "InterpolatePy, the same problem", agree=MEETS),
-            Rival("stiefel_rs", "loose", "the same with tol=1e-8, as InterpolatePy", agree=MEETS, best_of=False),
-            Rival("stiefel_rs", "rotations", "the same as St(3,3)", agree=1e-9, best_of=False),
-            Rival("stiefel_rs", "geometric", '`kind="geometric"`, another curve', agree=None, best_of=False),
+            Rival("stiefel_rs", "loose", "stiefel-rs with tol=1e-8, as InterpolatePy", agree=MEETS, best_of=False),
+            Rival("stiefel_rs", "rotations", "stiefel-rs as St(3,3)", agree=1e-9, best_of=False),
+            Rival("stiefel_rs", "geometric", f"{GEOMETRIC}, another curve", agree=None, best_of=False),
             Rival("scipy", "rotation_spline", "SciPy RotationSpline, another curve", agree=None, best_of=False),
         ),
         ahead=10,
@@ -38,7 +39,7 @@ def _points() -> Row:
         f"{spline_problems.EVALUATIONS} points of the spline through {spline_problems.EVALUATED} keyframes",
         (
             Rival("interpolatepy", "interpolatepy", "InterpolatePy", agree=MEETS),
-            Rival("stiefel_rs", "rotations", "the same as St(3,3)", agree=1e-9, best_of=False),
+            Rival("stiefel_rs", "rotations", "stiefel-rs as St(3,3)", agree=1e-9, best_of=False),
             Rival("scipy", "rotation_spline", "SciPy RotationSpline, another curve", agree=None, best_of=False),
         ),
         unit="point",
@@ -52,12 +53,12 @@ def _hermite() -> list[Row]:
     # Each method computes a different curve: the error shows which is closer to the sampled one.
     rivals = (
         Rival("scipy", "tangent", "Zimmermann's method, SciPy", agree=None),
-        Rival("stiefel_rs", "geometric", '`kind="geometric"`', agree=None, best_of=False),
+        Rival("stiefel_rs", "geometric", GEOMETRIC, agree=None, best_of=False),
     )
-    ratio = Bound("spline_hermite/setup:error", "error over that of Zimmermann's method", 1.0)
+    ratio = Bound("spline_hermite/setup:error", "error relative to Zimmermann's method", 1.0)
     return [
         Row("spline_hermite/setup", f"`CubicHermite`, {data}", rivals, ahead=100, bounds=(ratio,), exact=True),
-        Row("spline_hermite/point", f"one point of that, {data}", rivals, ahead=100, exact=True),
+        Row("spline_hermite/point", f"`CubicHermite`, one point, {data}", rivals, ahead=100, exact=True),
     ]
 
 
@@ -74,7 +75,7 @@ def _large() -> list[Row]:
         # Linear growth: twice the knots take at most twice the memory, plus a tenth for measurement noise.
         bounds = (
             Bound(f"{name}:peak", "peak memory in MiB"),
-            Bound(f"{name}:growth", "peak memory with twice the knots, over that", 2.2),
+            Bound(f"{name}:growth", "ratio of peak memories with twice the knots", 2.2),
         )
         rows.append(Row(name, work, (threads,), seconds=limit, bounds=bounds))
     return rows

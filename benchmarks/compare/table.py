@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from benchmarks.compare.measure import SINGLE, Figure, Outcome
+from benchmarks.compare.page import MET, MISSED
 from benchmarks.compare.row import Rival
 from benchmarks.durations import seconds
+
+# Medians that exceed the shortest time by this factor are told.
+NOISY = 1.15
 
 
 @dataclass(frozen=True)
@@ -23,24 +27,30 @@ class Line:
 
     def cells(self) -> tuple[str, ...]:
         """Texts of the cells."""
-        verdict = {None: "", True: "yes", False: "**no**"}[self.reached]
-        return self.work, self.ours, self.other, self.figure, self.ratio, self.reach, verdict
+        verdict = {None: "", True: MET, False: MISSED}[self.reached]
+        return self.work, self.ours, self.other, self.figure, self.ratio, self.reach + verdict
 
 
 def lines_of(outcome: Outcome) -> list[Line]:
     """Lines of one row: its own target, its rivals, its bounds."""
     ours = _figure(outcome.ours)
     work = outcome.row.title
-    lines = [_own(work, ours, outcome)] if outcome.row.seconds is not None or not outcome.row.rivals else []
-    lines += [_against(work, ours, outcome, rival) for rival in outcome.row.rivals]
+    lines = [_against(work, ours, outcome, rival) for rival in outcome.row.rivals]
+    own = _own(work, ours, outcome)
+    # Our own target stands in the first line that has no other.
+    free = next((i for i, line in enumerate(lines) if not line.reach), None)
+    if free is not None:
+        lines[free] = replace(lines[free], reach=own.reach, reached=own.reached)
+    elif own.reach or not lines:
+        lines.insert(0, own)
     for bound in outcome.row.bounds:
         value = outcome.numbers[bound.measure]
         found = f"{value:.3g}" if isinstance(value, float) else f"skipped: {value}"
         if bound.bound is None:
-            lines.append(Line(work, found, bound.label, ""))
+            lines.append(Line(work, f"{bound.label}: {found}", "", ""))
             continue
         reached = value <= bound.bound if isinstance(value, float) else None
-        lines.append(Line(work, found, bound.label, "", "", f"<= {bound.bound:.3g}", reached))
+        lines.append(Line(work, f"{bound.label}: {found}", "", "", "", f"<= {bound.bound:.3g}", reached))
     return lines
 
 
@@ -71,7 +81,7 @@ def _is_best(outcome: Outcome, rival: Rival) -> bool:
 
 def _reach(outcome: Outcome, rival: Rival) -> str:
     if rival.at_most is not None:
-        return f"<= {rival.at_most:g} of it" if rival.at_most > 1 else f"ratio >= {1 / rival.at_most:.3g}"
+        return f"<= {rival.at_most:g} times the other" if rival.at_most > 1 else f"ratio >= {1 / rival.at_most:.3g}"
     return f"ratio >= {outcome.row.ahead:g}" if _is_best(outcome, rival) else ""
 
 
@@ -82,4 +92,5 @@ def _figure(figure: Figure | str) -> str:
     setup = f", after {seconds(figure.setup)} of compilation" if figure.setup else ""
     error = f", error {figure.error:.1g}" if figure.error is not None else ""
     note = f", {figure.note}" if figure.note else ""
-    return f"{seconds(figure.best)} ({seconds(figure.median)}){threads}{error}{setup}{note}"
+    median = f" (median {seconds(figure.median)})" if figure.median > NOISY * figure.best else ""
+    return f"{seconds(figure.best)}{median}{threads}{error}{setup}{note}"

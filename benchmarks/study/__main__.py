@@ -72,8 +72,8 @@ def run(extent: Extent, folder: Path) -> str:
     speeds = {e.curve: e.speeds for e in energies if e.method == text.REFERENCE_METHOD}
     reached = speeds.pop(long_runs.GROWING)[1]
     return PAGE.read_text().format(
-        machine=f"{_versions()}; {facts['processor']}, {facts['system']}; processes that wanted to run: "
-        f"{facts['processes that wanted to run, at the start']}.",
+        machine=f"{_versions()}; {facts['processor']}, {facts['system']}; load average: "
+        f"{facts['load average, at the start']}.",
         rounds=extent.rounds,
         reference=text.references(chosen, {case.name: case.error(work.taylor(case.data, 1.0)(1.0)) for case in chosen}),
         straight_line=STRAIGHT_LINE,
@@ -91,10 +91,8 @@ def run(extent: Extent, folder: Path) -> str:
         growing_time=extent.growing_time,
         step=long_runs.STEP,
         energy=text.energy_table(energies),
-        energy_text=text.energy_text(energies),
         drift_time=long_runs.DRIFT_TIME,
         drift=text.drift_table(drifts),
-        drift_text=text.drift_text(drifts),
         cost=text.cost_table(costs),
         cost_text=text.cost_text(costs),
     )

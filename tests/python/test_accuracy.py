@@ -1,9 +1,12 @@
 """Errors compared with at least 50 digits, as stated in `docs/accuracy.md`."""
 
+import re
+
 import mpmath
 import numpy as np
 import pytest
 
+from benchmarks.accuracy.__main__ import is_shown
 from benchmarks.accuracy.cases import BITS, below_pi, exp_cases, log_cases, random_skew, rotation
 from benchmarks.accuracy.errors import UNIT, ExpErrors, exp_errors, exp_reference, log_errors, log_reference
 from benchmarks.accuracy.fixed_point import FixedPoint
@@ -95,3 +98,15 @@ def test_logarithm_of_a_small_rotation_is_right_relative_to_its_size(angle, m):
 def test_logarithm_of_the_identity_plus_a_tiny_skew_matrix():
     A = random_skew(6, 1e-300)
     assert np.allclose(orthogonal_log(np.eye(6) + A) / 1e-300, A / 1e-300, rtol=0, atol=1e-14)
+
+
+def test_page_has_a_line_of_every_family():
+    def families(cases):
+        return {re.sub(r"(norm|pi - 1e-).*", r"\1", case.name) for case in cases}
+
+    for cases in (exp_cases(), log_cases()):
+        shown = [case for case in cases if is_shown(case.name, case.m)]
+        assert len(shown) < len(cases)
+        assert families(shown) == families(cases)
+    # The angle next to pi, and the one that is refused.
+    assert {case.m for case in shown if case.name == "one angle pi - 1e-14"} == {2, 3, 4, 12}

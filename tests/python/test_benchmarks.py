@@ -1,5 +1,6 @@
 """The harness of `make benchmark`: it runs, and its measures are correct."""
 
+import re
 import subprocess
 import sys
 
@@ -17,7 +18,7 @@ from benchmarks.compare.measure import Figure, Outcome
 from benchmarks.compare.methods import casteljau, cubics, extended, rotation_spline
 from benchmarks.compare.methods.hermite import TangentHermite, stiefel_exp
 from benchmarks.compare.methods.stiefel_log import cayley_log, rotation_log, stiefel_log, symmetric_exp
-from benchmarks.compare.page import HEADERS, WHOLE, Page
+from benchmarks.compare.page import HEADERS, MET, MISSED, WHOLE, Page
 from benchmarks.compare.peers import stiefel_rs as ours
 from benchmarks.compare.row import Bound, Rival, Row
 from benchmarks.compare.rows import all_rows
@@ -40,7 +41,7 @@ def test_a_run_without_other_libraries(tmp_path):
     text = page.read_text()
     assert "`GeometricCubic`, one point, St(3,1)" in text
     assert "`scipy` skipped: not asked for" in text
-    assert "of the 1 targets" in text
+    assert "of 1 targets" in text
 
 
 def test_names_are_unique():
@@ -58,16 +59,31 @@ def test_our_process_has_all_tasks_and_measures():
     assert {bound.measure for row in rows for bound in row.bounds} <= set(ours.measures())
 
 
-def line(work, figure, reached=""):
-    return (work, figure, "", "", "", "", reached)
+def line(work, figure, target=""):
+    return (work, figure, "", "", "", target)
 
 
 def test_a_page_is_read_as_it_was_written():
-    facts = {WHOLE: {"processor": "a | b", "`scipy`": "1"}, "rows with `x`": {"`heyoka`": "2"}}
-    lines = [line("first", "1 us", "yes"), line("second, |x|", "2 us", "**no**"), line("third", "3 us")]
+    facts = {
+        WHOLE: {"processor": "a | b", "`scipy`": "1"},
+        "rows with `x`": {"processor": "a | b", "`heyoka`": "2"},
+        "rows with `y`": {"processor": "a | b", "`heyoka`": "2"},
+    }
+    lines = [
+        line("first", "1 us", f"<= 2 us{MET}"),
+        line("second, |x|", "2 us", f"<= 1 us{MISSED}"),
+        line("second, |x|", "2 us"),
+        line("second, |x|", "4e-16"),
+        line("third", "4e-16"),
+    ]
     page = Page(facts, lines, {"geomstats": "does not install: no"})
     assert Page.parse(page.text()) == page
-    assert "Reached: 1 of the 2 targets" in page.text()
+    assert "\n1 of 2 targets are met." in page.text()
+    # Cells that repeat those above are empty, also where another task has the same figure beneath it.
+    *_, repeated, same_work, same_figure = page.text().splitlines()
+    assert re.match(r"\|\s+\|\s+\|", repeated)
+    assert re.match(r"\|\s+\| 4e-16", same_work)
+    assert re.match(r"\| third\s+\| 4e-16", same_figure)
     assert len(lines[0]) == len(HEADERS)
 
 
@@ -88,10 +104,10 @@ def test_a_run_of_some_rows_keeps_the_others():
 
 def test_errors_and_compilation_are_told():
     row = Row("name", "work", (rival := Rival("a", "task", "other"),), exact=True)
-    figures = Figure([1.0], [1.0], error=2e-16), {rival: Figure([2.0], [2.0], setup=3.0, error=1e-13)}
+    figures = Figure([1.0], [1.0], error=2e-16), {rival: Figure([2.0, 4.0, 5.0], [2.0], setup=3.0, error=1e-13)}
     cells = lines_of(Outcome(row, *figures, {}))[0].cells()
-    assert cells[1] == "1 s (1 s), error 2e-16"
-    assert cells[3] == "2 s (2 s), error 1e-13, after 3 s of compilation"
+    assert cells[1] == "1 s, error 2e-16"
+    assert cells[3] == "2 s (median 4 s), error 1e-13, after 3 s of compilation"
 
 
 @pytest.mark.parametrize(
@@ -110,10 +126,26 @@ def test_notes_and_numbers_without_a_bound_are_told():
     row = Row("name", "work", bounds=(Bound("size", "peak memory in MiB"),))
     lines = lines_of(Outcome(row, Figure([1.0], [1.0], note="cost 2, jump 3e-14"), {}, {"size": 12.0}))
     assert [line.cells()[1:3] for line in lines] == [
-        ("1 s (1 s), cost 2, jump 3e-14", ""),
-        ("12", "peak memory in MiB"),
+        ("1 s, cost 2, jump 3e-14", ""),
+        ("peak memory in MiB: 12", ""),
     ]
     assert all(line.reached is None for line in lines)
+
+
+@pytest.mark.parametrize(("limit", "target"), [(2.0, f"<= 2 s{MET}"), (0.5, f"<= 500 ms{MISSED}"), (None, "")])
+def test_the_target_of_our_time_stands_in_a_line_without_another(limit, target):
+    near, far = Rival("a", "near", "near", at_most=1.0), Rival("b", "far", "far")
+    row = Row("name", "work", (near, far), seconds=limit)
+    lines = lines_of(Outcome(row, Figure([1.0], [1.0]), {near: Figure([3.0], [3.0]), far: Figure([9.0], [9.0])}, {}))
+    assert [line.cells()[-1] for line in lines] == [f"ratio >= 1{MET}", target]
+
+
+def test_the_target_of_our_time_has_a_line_where_all_others_have_targets():
+    rival = Rival("a", "task", "other", at_most=1.0)
+    row = Row("name", "work", (rival,), seconds=2.0)
+    lines = lines_of(Outcome(row, Figure([1.0], [1.0]), {rival: Figure([3.0], [3.0])}, {}))
+    assert [line.cells()[2] for line in lines] == ["", "other"]
+    assert lines[0].cells()[-1] == f"<= 2 s{MET}"
 
 
 @extended_precision

@@ -79,6 +79,14 @@ def test_methods_that_leave_the_curve_are_named():
     assert ["left the curve" in line for line in lines] == [False, False, True, True, True]
 
 
+def test_growth_of_round_off_and_stopped_methods_have_no_number():
+    exact = Energy("c", "splitting, order 8", np.ones(1), np.full(1, 1e-15), (1.0, 1.6))
+    stopped = Energy("c", "m", np.empty(0), np.empty(0), (np.nan, np.nan), "steps: too few, must be 1 = 1")
+    first, second = (line.split("|")[1:-1] for line in energy_table([exact, stopped]).splitlines()[2:])
+    assert [cell.strip() for cell in first[2:4]] == ["1.0e-15", "round-off"]
+    assert [cell.strip() for cell in second[2:]] == ["stopped", "", "", "steps: too few"]
+
+
 def test_sizes_stand_in_the_order_of_their_rows():
     rows = [cost.rows for cost in costs(((5, 2), (3, 1), (4, 1), (9, 1)), 1)]
     assert rows == [3, 4, 4, 5]

@@ -8,7 +8,7 @@ from .row import Row
 EXPERIMENTS: Final = (
     Row(
         "Claim",
-        "Points of (11) need exponentials of skew matrices and logarithms of orthogonal ones only.",
+        "Points of (11) need only exponentials of skew matrices and logarithms of orthogonal matrices.",
         ("skew_exp", "orthogonal_log", "GeometricCubic.__call__"),
         (
             "test_paper_de_casteljau.py::test_eq_11_theorem_1_curve",
@@ -16,11 +16,11 @@ EXPERIMENTS: Final = (
             "test_linalg.py::test_log_agrees_with_mpmath",
         ),
         (report.ROTATIONS, report.DE_CASTELJAU),
-        "k x k logarithms instead of n x n ones",
+        "k x k logarithms instead of n x n logarithms",
     ),
     Row(
         "Benchmark",
-        "A Runge-Kutta method of higher order in one chart takes the place of the exact solution.",
+        "A Runge-Kutta method of higher order in one chart replaces the exact solution.",
         ("Chart.reference",),
         (
             "test_paper_charts.py::test_hamiltonian_flow_is_that_of_riemannian_cubics",
@@ -42,7 +42,7 @@ EXPERIMENTS: Final = (
             report.RELATIVE_ERROR,
             report.FOUND,
         ),
-        "Acceleration and jerk are derivatives of the angles; the summary has the other readings.",
+        "Acceleration and jerk are derivatives of the angles; the summary has other interpretations.",
     ),
     Row(
         "Data on St(3,2)",
@@ -107,7 +107,8 @@ FIGURES: Final = (
             report.STEP,
             report.INDEPENDENT,
         ),
-        "Its numbers are not in the paper's text: recomputed, not compared. Retraction is the initial-point map.",
+        "Recomputed but not compared, since the paper prints no numbers as text. `Retraction` is the initial-point "
+        "map.",
     ),
     Row(
         "Figure 2b",
@@ -167,15 +168,15 @@ DISCUSSION: Final = (
             report.verdict("frame_error"),
             report.RELATIVE_ERROR,
         ),
-        "0.45 % coincides with the mean error before any division; no reading that was tried gives 0.080 %.",
+        "0.45 % matches the mean error before any division; no interpretation tried gives 0.080 %.",
     ),
     Row(
         "Relative error",
-        "Mean error over the largest distance of two points.",
+        "Mean error divided by the largest distance of two points.",
         ("reproduce.experiments.Experiment",),
         ("test_reproduce.py::test_diameter_is_the_distance_of_opposite_points",),
         (report.RELATIVE_ERROR,),
-        "Frobenius distance, `2 sqrt(k)` at most; the geodesic distance, pi at most, was tried as well.",
+        "Frobenius distance, at most `2 sqrt(k)`; also tried: the geodesic distance, at most pi.",
     ),
     Row(
         "Claim",
@@ -210,11 +211,11 @@ DISCUSSION: Final = (
             report.NEAR_START,
         ),
         "Mid-point method, N = 100: less than a tenth of GCP's error up to t = 0.1. Initial-point method, N = 100: "
-        "more than GCP's up to t = 0.05; on St(3,2) less at t = 0.1. The report has N = 160.",
+        "larger than GCP's error up to t = 0.05, smaller on St(3,2) at t = 0.1. The report uses N = 160.",
     ),
     Row(
         "Claim",
-        "Any order of the error can be had.",
+        "Integrators of any order can be constructed.",
         ("Chart.integrate", "integrate_cubic"),
         ("test_chart_maps.py::test_orders", "tests/composition.rs::measured_orders_are_two_four_six"),
         (
@@ -302,7 +303,7 @@ DISCUSSION: Final = (
             report.CHART_CHALLENGE,
             report.IN_CHARTS,
         ),
-        "Answered by symplectic changes of chart, and without charts by `integrate_cubic`.",
+        "Answered by symplectic changes of chart, and by `integrate_cubic` without charts.",
     ),
     Row(
         "Challenge 2",

@@ -27,7 +27,7 @@ DE_CASTELJAU: Final = (
     ),
     Row(
         "(9) and `S_1`",
-        "`X_0` and `Omega_0` are those of `V_0 / 3`; the first control point is `e^{X_0} S_0 e^{Omega_0}`.",
+        "`X_0` and `Omega_0` belong to `V_0 / 3`; the first control point is `e^{X_0} S_0 e^{Omega_0}`.",
         ("GeometricCubic.control_points", "Stiefel.retract"),
         (
             "test_paper_de_casteljau.py::test_eq_9_first_control_point",
@@ -38,7 +38,7 @@ DE_CASTELJAU: Final = (
     ),
     Row(
         "(10) and `S_2`",
-        "`X_2` and `Omega_2` are those of `-V_3 / 3` at `S_3`; the second control point is `e^{X_2} S_3 e^{Omega_2}`.",
+        "`X_2` and `Omega_2` belong to `-V_3 / 3` at `S_3`; the second control point is `e^{X_2} S_3 e^{Omega_2}`.",
         ("GeometricCubic.control_points", "Stiefel.retract"),
         ("test_paper_de_casteljau.py::test_eq_10_second_control_point",),
         (report.DE_CASTELJAU,),
@@ -53,14 +53,14 @@ DE_CASTELJAU: Final = (
     ),
     Row(
         "`X_3` to `Omega_5`",
-        "The pairs (6) between the points of the three legs at t, and between the points of the two curves from them.",
+        "The pairs (6) between the points of the three legs at t, and between the points of the two resulting curves.",
         ("QuasiGeodesic", "Stiefel.inverse_retract"),
         (
             "test_paper_de_casteljau.py::test_x_3_to_omega_5",
             "tests/curve/algorithm.rs::equals_de_casteljau_with_n_by_n_exponentials",
         ),
         (report.DE_CASTELJAU,),
-        "Points `b01`, `b12`, `b23`, `b012`, `b123` in the place of products of exponentials.",
+        "Points `b01`, `b12`, `b23`, `b012`, `b123` instead of products of exponentials.",
     ),
     Row(
         "Theorem 1, (11)",
@@ -82,8 +82,8 @@ DE_CASTELJAU: Final = (
 DISCRETIZATION: Final = (
     Row(
         "Definition 2",
-        "A discretization map sends a tangent vector to two points: both are q for v = 0, and the derivatives of the "
-        "two differ by the identity.",
+        "A discretization map maps a tangent vector to two points: both are q for v = 0, and their derivatives "
+        "differ by the identity.",
         ("Chart.discretize", "stiefel_rs::chart::DiscretizationMap"),
         ("test_paper_discretization.py::test_definition_2_discretization_map",),
         (report.CHARTS,),
@@ -121,7 +121,7 @@ DISCRETIZATION: Final = (
     ),
     Row(
         "Cotangent lift",
-        "The lift of a discretization map to the cotangent bundle is one too, and a symplectomorphism.",
+        "The lift of a discretization map to the cotangent bundle is a discretization map and a symplectomorphism.",
         ("stiefel_rs::chart::discretization::cotangent_lift",),
         (
             "test_paper_discretization.py::test_example_3_lift_is_that_of_the_map",
@@ -183,7 +183,7 @@ DISCRETIZATION: Final = (
 HAMILTONIANS: Final = (
     Row(
         "Claim",
-        "A general expression of the Hamiltonian might be hard to find; hence n = 3 with k = 1 and 2.",
+        "A general expression for the Hamiltonian might be hard to find; hence n = 3 with k = 1 and 2.",
         ("integrate_cubic", "stiefel_rs::cubic::integrate_cubic"),
         ("test_formulas.py::test_frame_form_of_cubics", "tests/splitting.rs::steps_are_symplectic"),
         (report.verdict("general_hamiltonian"), report.ANY_SHAPE, report.SPLITTINGS, report.CUBICS),

@@ -8,8 +8,8 @@ from .row import Row
 INTRODUCTION: Final = (
     Row(
         "Functional J",
-        "A Riemannian cubic makes the integral of the squared covariant acceleration least, between given end points "
-        "and end velocities.",
+        "A Riemannian cubic minimises the integral of the squared covariant acceleration for given end points and "
+        "end velocities.",
         ("Curve.cost", "RiemannianCubic.from_boundary"),
         (
             "test_paper_manifold.py::test_functional_of_a_curve",
@@ -17,12 +17,12 @@ INTRODUCTION: Final = (
             "test_riemannian_cubic_boundary.py::test_guess_and_all_found",
         ),
         (report.FUNCTIONAL, report.CUBICS),
-        "`cost()` is J as printed, without the factor 1/2. A cubic is stationary for it, not always least: "
-        "`all_found=True` ranks several.",
+        "`cost()` is J as printed, without the factor 1/2. A cubic is a stationary curve, not always "
+        "a minimiser: `all_found=True` returns several, ranked by cost.",
     ),
     Row(
         "Interval",
-        "Nothing is lost by letting curves run over [0, 1].",
+        "Curves can be restricted to [0, 1] without loss of generality.",
         ("RiemannianCubic.reparametrised",),
         ("test_riemannian_cubic.py::test_parts_reversals_other_parameters",),
         (report.ANOTHER_TIME,),
@@ -68,7 +68,7 @@ INTRODUCTION: Final = (
     ),
     Row(
         "Claim on St(3,2)",
-        "Its quasi-geodesics are in general no geodesics (also abstract and section 4.1).",
+        "Its quasi-geodesics are in general not geodesics (also abstract and section 4.1).",
         ("QuasiGeodesic", "Geodesic"),
         ("test_paper_quasi_geodesics.py::test_remark_1_both_parts_give_no_geodesic_for_two_columns",),
         (
@@ -110,7 +110,7 @@ MANIFOLD: Final = (
     ),
     Row(
         "(2)",
-        "A tangent vector has `V^T S + S^T V = 0`.",
+        "A tangent vector satisfies `V^T S + S^T V = 0`.",
         ("Stiefel.check_tangent", "Stiefel.dim"),
         (
             "test_paper_manifold.py::test_eq_2_tangent_space",
@@ -128,7 +128,7 @@ MANIFOLD: Final = (
             "tests/manifold/parametrisation.rs::compose_undoes_decompose",
         ),
         (report.MANIFOLD,),
-        "Inside, `V = K + S Omega` with K normal to the columns of S: `X = K S^T - S K^T`.",
+        "The code uses `V = K + S Omega` with K normal to the columns of S: `X = K S^T - S K^T`.",
     ),
     Row(
         "(4)",
@@ -156,11 +156,11 @@ MANIFOLD: Final = (
     ),
     Row(
         "Claim",
-        "Where no formula is known for the geodesic between two points, quasi-geodesics take its place.",
+        "Quasi-geodesics replace geodesics, for which no formula with given end points is known.",
         ("QuasiGeodesic", "Geodesic", "GeometricCubic.pieces"),
         ("test_control_points.py::test_every_method_meets_the_boundary_data",),
         (report.CONTROL_POINTS, report.GEODESICS),
-        '`GeometricCubic(..., pieces="geodesic")` has geodesics, computed without a formula.',
+        '`GeometricCubic(..., pieces="geodesic")` uses geodesics, computed iteratively.',
     ),
 )
 
@@ -185,7 +185,7 @@ RETRACTIONS: Final = (
             "tests/retraction/equations.rs::quasi_geodesic_is_the_curve_at_one",
         ),
         (report.QUASI_GEODESICS,),
-        "The word means this curve of the retraction `e^X S e^Omega` only.",
+        "Here only the curve of the retraction `e^X S e^Omega`.",
     ),
     Row(
         "`R_S(V)`",

@@ -32,23 +32,23 @@ INTRODUCTION_TEXT: Final = """# The paper, item by item
 
 Every numbered formula, definition, proposition, theorem, remark, example and figure of
 [arXiv 2404.19407](https://arxiv.org/abs/2404.19407) (Anahory Simoes, Colombo, Silva Leite), and every claim of its
-text: the function that computes it, the test that checks it, and the place that reports it. Tests named `test_paper_*`
-write the formulas down in NumPy as the paper prints them, with n x n matrices, and compare them with this library.
+text, with the function that computes it, the test that checks it, and the place that reports the result. Tests named
+`test_paper_*` implement the formulas in NumPy as printed, with n x n matrices, and compare them with this library.
 
-Python tests are in `tests/python`. *Summary*, *table* and *figure* name what `stiefel-rs reproduce` writes: sections of
-`tables/summary.md`, files in `tables/` and `figures/`; *verdict* is a row of the [table below](#verdicts).
+Python tests are in `tests/python`. *Summary*, *table* and *figure* refer to output of `stiefel-rs reproduce`: sections
+of `tables/summary.md`, files in `tables/` and `figures/`; *verdict* is a row of the [table below](#verdicts).
 `make paper-map` writes this page from the tables in `tools/paper_map`.
 """
 VERDICTS_TEXT: Final = """## Verdicts
 
-The statements that the report of `stiefel-rs reproduce` judges, with its verdicts. `tables/summary.md` and `report.pdf`
-begin with this table and the numbers of the run. "Much" means a factor of 2 or more, in error or time. A star marks the
-verdicts that rest on times: they change with the machine and its load.
+The statements that `stiefel-rs reproduce` checks. `tables/summary.md` and `report.pdf` begin with this table and the
+measured numbers. "Much" means a factor of at least 2, in error or time. A star marks verdicts based on times, which
+depend on the machine and its load.
 """
 MISPRINTS_TEXT: Final = """## Misprints
 
-Sentences and formulas that do not hold as printed. A test shows each one: the printed form fails by the amount given,
-and the corrected form agrees.
+Sentences and formulas that do not hold as printed. For each, a test shows that the printed form fails by the stated
+amount and that the corrected form holds.
 """
 
 
