@@ -41,8 +41,8 @@ NAMED = ("uneven_keyframes", "camera_path", "target_in_view", "gyro_fit", "reduc
 TEXT = """\
 # Gallery
 
-Written by `make gallery`, which runs the scripts of [examples/](../examples), each of them shorter than 150 lines. One
-alone: `python examples/attitude.py --out attitude.png`, with the package, SciPy and matplotlib installed.
+Each section is a script of [examples/](../examples), shorter than 150 lines. To run one:
+`python examples/attitude.py --out attitude.png`, with the package, SciPy and matplotlib installed.
 
 ## A satellite turns through keyframes
 
