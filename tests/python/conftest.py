@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+import skips
 from beside import HANGS
 
 from stiefel_rs import Stiefel
@@ -28,7 +29,9 @@ SHAPES = [(3, 1), (4, 2), (5, 3), (6, 6), (20, 4)]
 
 
 def pytest_terminal_summary(terminalreporter, config):
-    """Print what repeats the order: quiet runs have no header."""
+    """Print what tests were skipped for want of, and what repeats the order: quiet runs have no header."""
+    for line in skips.lines(skips.reasons(terminalreporter.stats.get("skipped", []))):
+        terminalreporter.write_line(line)
     seed = config.getoption("randomly_seed", None)
     if seed is not None:
         terminalreporter.write_line(f"order of the tests: --randomly-seed={seed}")
