@@ -100,8 +100,8 @@ benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, InterpolatePy and ot
 	$(BIN)/python -m benchmarks.compare $(ARGS)
 
 gallery: $(INSTALLED) ## The examples, with their figures and numbers, into docs/gallery.md and docs/figures; the picture of the README
-	$(SAY) 'Examples of the gallery, and the picture of the README (minutes; each is named)'
-	$(BIN)/python examples/gallery.py
+	$(SAY) 'Examples of the gallery, and the picture of the README (1 to 3 minutes; a line for each)'
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python examples/gallery.py
 	$(BIN)/python examples/moving_picture.py
 
 boundary: $(INSTALLED) ## 12000 random boundary problems of Riemannian cubics, into docs/boundary_problems.md

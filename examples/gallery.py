@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -367,10 +370,26 @@ def page(numbers: dict[str, dict[str, Any]]) -> str:
     return wrapped(TEXT.format(**values))
 
 
+def timed(name: str, figure: Path) -> tuple[dict[str, Any], float]:
+    """Numbers of an example, and how many seconds it took."""
+    start = time.perf_counter()
+    return EXAMPLES[name](figure), time.perf_counter() - start
+
+
+def run_all(figures: Path) -> dict[str, dict[str, Any]]:
+    """Numbers of all examples, as many at a time as there are cores; a line is printed when one is done."""
+    numbers = {}
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        running = {pool.submit(timed, name, figures / f"{name}.png"): name for name in EXAMPLES}
+        for done in as_completed(running):
+            numbers[running[done]], seconds = done.result()
+            print(f"{len(numbers)} of {len(EXAMPLES)}: {running[done]}, {seconds:.0f} s", flush=True)
+    return {name: numbers[name] for name in EXAMPLES}
+
+
 def write(folder: Path) -> None:
     """Run all examples; their page and their figures go into the folder."""
-    figures = folder / FIGURES.relative_to(DOCS)
-    text = page({name: main(figures / f"{name}.png") for name, main in EXAMPLES.items()})
+    text = page(run_all(folder / FIGURES.relative_to(DOCS)))
     (folder / "gallery.md").write_text(text, encoding="utf-8")
 
 

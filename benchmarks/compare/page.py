@@ -24,7 +24,8 @@ Figures are the shortest time of all samples, with the median in brackets; for o
 a call on many. Ratios are of the shortest times, the other's over ours: above 1, ours is faster. Errors are relative,
 against 40 digits, or, of interpolants, against the curve that was sampled. Costs are integrals of the squared covariant
 acceleration, jumps those of that acceleration at the knots. Compilation is no part of a figure; for heyoka its time is
-told. Rows that were measured again by themselves are named in the first table. [How to repeat this](development/measurements.md).
+told. Rows that were measured again by themselves are named in the first table.
+[How to repeat this](development/measurements.md).
 """
 
 

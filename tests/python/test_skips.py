@@ -29,7 +29,8 @@ def test_runs():
 
 
 def test_reasons_are_counted_by_tool():
-    found = skips.lines(["not installed: a, b", "could not import 'b.c': No module named 'b.c'", "signals", "b is not installed"])
+    reasons = ["not installed: a, b", "could not import 'b.c': No module named 'b.c'", "signals", "b is not installed"]
+    found = skips.lines(reasons)
     assert found == ["not installed: a (1 test)", "not installed: b (3 tests)", "skipped: signals (1 test)"]
     assert skips.lines([]) == []
 
@@ -37,7 +38,8 @@ def test_reasons_are_counted_by_tool():
 def test_a_report_has_one_line_for_each_missing_tool(tmp_path):
     (tmp_path / "test_some.py").write_text(TESTS, encoding="utf-8")
     here = Path(__file__).parent
-    command = [sys.executable, "-m", "pytest", "-c", str(here.parents[1] / "pyproject.toml"), "-p", "conftest", str(tmp_path)]
+    options = ["-c", str(here.parents[1] / "pyproject.toml"), "-p", "conftest", str(tmp_path)]
+    command = [sys.executable, "-m", "pytest", *options]
     env = os.environ | {"PYTHONPATH": os.pathsep.join([str(here), os.environ.get("PYTHONPATH", "")])}
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, env=env)
     assert done.returncode == 0, done.stdout + done.stderr

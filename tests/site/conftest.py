@@ -1,4 +1,4 @@
-"""The built site behind a server, and Chromium; where one of them is missing the tests are skipped. `make check-docs`."""
+"""The built site behind a server, and Chromium: `make check-docs`. Without one of them the tests are skipped."""
 
 import functools
 import http.server
@@ -44,6 +44,7 @@ def address(request):
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield f"http://127.0.0.1:{server.server_port}"
     server.shutdown()
+    server.server_close()
 
 
 @pytest.fixture(scope="session")

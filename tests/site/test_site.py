@@ -3,13 +3,13 @@
 import pytest
 from page import SIGNATURES, TABLES
 
-# The first result for each word, one of these.
+# The first result for each word is one of these pages.
 FIRST = {
     "rotation": {"guides/interpolate_rotations_and_poses.html"},
     "quaternion": {"guides/interpolate_rotations_and_poses.html"},
     "pose": {"guides/interpolate_rotations_and_poses.html"},
-    "Grassmann": {"guides/interpolate_subspaces_and_complex_frames.html"},
-    "hermite": {"guides/interpolate_many_points.html"},
+    "Grassmann": {"guides/interpolate_subspaces_and_complex_frames.html", "reference/manifold.html"},
+    "hermite": {"guides/interpolate_many_points.html", "reference/splines.html"},
     "uncertainty": {"what_it_does_not_do.html"},
 }
 
