@@ -35,11 +35,10 @@ NEWTON = 12
 
 PREAMBLE = """# What solutions cost
 
-`RiemannianCubic.from_boundary` returns one of many solutions. Here are {count}
+Written by `make boundary-cost`. `RiemannianCubic.from_boundary` returns one of many solutions. Here are {count}
 problems, and how many of its solutions cost more than {slack} times the cheapest of: the solution of the reversed
 problem; the geodesic run from rest to rest (if both velocities are zero); the solution to which Newton's method leads
 from the geometric cubic; and, for one problem in {searched}, everything that `all_found=True` finds.
-[How to repeat this](development/measurements.md).
 """
 
 

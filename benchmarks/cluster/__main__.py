@@ -42,7 +42,7 @@ STORED = ("files", "size")
 
 PREAMBLE = """# Sweeps on a cluster, measured
 
-A `LocalCluster` of {workers} processes with one thread each, the scheduler
+Written by `python -m benchmarks.cluster`. A `LocalCluster` of {workers} processes with one thread each, the scheduler
 and the client, on the machine told at the end. Problems are random: distances and speeds uniform up to {reach:g}, in
 the canonical metric. Their data are in the memory of the workers before the clock starts. All fields but, for geometric
 cubics, `cost`; no `points`. Times are the shorter of {rounds} runs, from the call to the last result.
@@ -50,7 +50,7 @@ cubics, `cost`; no `points`. Times are the shorter of {rounds} runs, from the ca
 Processor time is that of the workers, for everything they do. One process is a loop over the first {sample} problems
 without Dask, the least of {samples} samples: "over one process" is what a worker spends on top of it, serialisation and
 bookkeeping, and what the processor does slower when other programs run beside it. Files and size are those of the Zarr
-group. [How to repeat this](development/measurements.md).
+group.
 """
 
 

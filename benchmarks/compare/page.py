@@ -16,7 +16,8 @@ SKIPPED = re.compile(r"^`(\w+)` skipped: (.*)$", re.MULTILINE)
 
 PREAMBLE = """# Benchmarks
 
-Every library runs in a process and a virtual environment of its own, on the same
+Written by `make benchmark`; `benchmarks/compare/` holds the harness, each library's pinned versions, and the methods
+that were written for comparison. Every library runs in a process and a virtual environment of its own, on the same
 seeded inputs, with one thread each (rows that say otherwise excepted). Before timing, results are compared. Samples are
 taken in turn, so that a slow moment of the machine meets everybody.
 
@@ -24,8 +25,7 @@ Figures are the shortest time of all samples, with the median in brackets; for o
 a call on many. Ratios are of the shortest times, the other's over ours: above 1, ours is faster. Errors are relative,
 against 40 digits, or, of interpolants, against the curve that was sampled. Costs are integrals of the squared covariant
 acceleration, jumps those of that acceleration at the knots. Compilation is no part of a figure; for heyoka its time is
-told. Rows that were measured again by themselves are named in the first table.
-[How to repeat this](development/measurements.md).
+told. Rows that were measured again by themselves (`ARGS="--only TEXT"`) have a column of their own in the first table.
 """
 
 

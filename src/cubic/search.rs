@@ -85,7 +85,7 @@ impl RiemannianCubic {
     /// Newton's method starts from the cubic of flat space (or from the guess). Descents to curves of least cost start as in
     /// [`from_boundary`](Self::from_boundary), and from the cubics of flat space that make one or two full turns more in one
     /// principal direction, or plane in which the columns turn. Families of boundary data lead from the curves of the cubics with one turn more to the given data;
-    /// every solution they pass is returned. `docs/development/rejected_alternatives.md` lists what is lost without each. There may be
+    /// every solution they pass is returned. `docs/boundary_problems.md` lists what is lost without each of them. There may be
     /// other solutions: on the sphere there are infinitely many.
     ///
     /// # Errors

@@ -12,7 +12,7 @@
 //!
 //! The degree follows from bounds of `|A|_2` by norms of `A`, `A^2` and `A^4`. Every product but the squarings is
 //! symmetric or skew, as all factors are polynomials in `A`; from size 80 on only the half below the diagonal is
-//! computed. Rejected alternatives: `docs/development/rejected_alternatives.md`.
+//! computed. `docs/algorithms.md` says what was tried beside this.
 //!
 //! # Source
 //! Evaluation: Paterson, Stockmeyer (1973), SIAM J. Comput. 2, 60-66. Polynomials fitted to the imaginary axis: Bader,

@@ -37,6 +37,7 @@ write the formulas down in NumPy as the paper prints them, with n x n matrices, 
 
 Python tests are in `tests/python`. *Summary*, *table* and *figure* name what `stiefel-rs reproduce` writes: sections of
 `tables/summary.md`, files in `tables/` and `figures/`; *verdict* is a row of the [table below](#verdicts).
+`make paper-map` writes this page from the tables in `tools/paper_map`.
 """
 VERDICTS_TEXT: Final = """## Verdicts
 
