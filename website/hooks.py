@@ -44,6 +44,10 @@ CACHE = ROOT / "target" / "website"
 MATHS = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
 ROW = re.compile(r"^\|.*\|$", flags=re.MULTILINE)
 CODE = re.compile(r"`[^`]+`")
+CELL = re.compile(r"<td\b.*?</td>", flags=re.DOTALL)
+NAME = re.compile(r"(?<=<code>)[^<]+(?=</code>)")
+# Behind these a name may go on in the next line of a table's cell.
+JOINT = re.compile(r"(::|\w[_/(=](?=\w)|\w\.(?!py\b|rs\b)(?=\w))")
 HELP = re.compile(r"<!-- help ?(\w*) -->")
 # What a browser fetches by itself when it shows a page.
 FETCHED = re.compile(r'<(?:script|img|iframe|source)\b[^>]*\bsrc="(https?:|//)|<link\b[^>]*\brel="stylesheet"[^>]*//')
@@ -95,9 +99,10 @@ def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
 
 
 def on_post_page(output: str, *, page: Page, **_: Any) -> str:
-    """Formulas as HTML, after the search index has taken their source; nothing may come from another host."""
+    """Formulas as HTML, breaks in long names, after the search index has taken both; nothing from another host."""
     if fetched := FETCHED.search(output):
         raise PluginError(f"{page.file.src_uri}: the page loads {fetched[0]}...")
+    output = CELL.sub(lambda cell: NAME.sub(lambda name: JOINT.sub(r"\1<wbr>", name[0]), cell[0]), output)
     return MATHS.sub(lambda found: formula(found[2], page.file.src_uri), output)
 
 

@@ -56,6 +56,13 @@ class Page:
         """Pixels that the page takes."""
         return self.browser.execute_script("return document.documentElement.scrollWidth")
 
+    def prefer(self, scheme):
+        """Show pages as on a system whose users prefer "light" or "dark", without an earlier choice on the page."""
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+        self.open("index.html")
+        self.browser.execute_script("localStorage.clear()")
+
     def search(self, word):
         """Addresses that the search box lists for a word, best first."""
         self.open("index.html")

@@ -28,6 +28,18 @@ def test_pages_fit_a_small_screen(page, path):
     assert page.scrolling(SIGNATURES) == []
 
 
+@pytest.mark.parametrize(("system", "choice"), [("light", "dark"), ("dark", "light")])
+def test_figures_follow_the_choice_of_the_reader(page, system, choice):
+    page.resize(1400)
+    page.prefer(system)
+    page.open("index.html")
+    # SVG files ask for the scheme of the element that shows them.
+    scheme = "return getComputedStyle(document.querySelector('.md-content img')).colorScheme"
+    assert page.browser.execute_script(scheme) == system
+    page.browser.find_element("css selector", "label.md-header__button[for^=__palette]:not([hidden])").click()
+    assert page.browser.execute_script(scheme) == choice
+
+
 @pytest.mark.parametrize("word", FIRST)
 def test_search_finds_a_page_that_helps(page, word):
     page.resize(1400)
