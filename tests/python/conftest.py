@@ -29,12 +29,13 @@ SHAPES = [(3, 1), (4, 2), (5, 3), (6, 6), (20, 4)]
 
 
 def pytest_terminal_summary(terminalreporter, config):
-    """Print what tests were skipped for want of, and what repeats the order: quiet runs have no header."""
-    for line in skips.lines(skips.reasons(terminalreporter.stats.get("skipped", []))):
-        terminalreporter.write_line(line)
+    """Print what repeats the order: quiet runs have no header."""
     seed = config.getoption("randomly_seed", None)
     if seed is not None:
         terminalreporter.write_line(f"order of the tests: --randomly-seed={seed}")
+    # In place of pytest's list of skipped tests.
+    for line in skips.lines(skips.reasons(terminalreporter.stats.get("skipped", []))):
+        terminalreporter.write_line(line)
 
 
 @pytest.fixture
