@@ -9,7 +9,7 @@ WHEELS := target/wheels
 INSTALLED := $(VENV)/.installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
-# One line before each step: what it does, and how long that takes.
+# One line before each step: what it does, and how long that takes, or what tells its progress.
 SAY := @printf '\n=== %s\n'
 PIP := $(BIN)/python -m pip install --disable-pip-version-check
 
@@ -26,36 +26,36 @@ $(BIN)/python:
 
 # By maturin itself: pip hides the progress of cargo. The second line of pip finds the package there, and adds what it needs.
 $(INSTALLED): $(BIN)/python $(SOURCES)
-	$(SAY) 'Compile the Python module (5 to 10 minutes the first time, most of them for the last crate, stiefel-rs)'
+	$(SAY) 'Compile the Python module (10 minutes the first time; the last crate, stiefel-rs, takes most of them)'
 	$(PIP) --quiet 'maturin>=1.9.4,<2'
 	rm -f $(WHEELS)/stiefel_rs-*.whl
 	$(BIN)/maturin build --release --locked --compatibility off --interpreter $(BIN)/python --out $(WHEELS)
-	$(SAY) 'Install it with the packages for tests (1 to 5 minutes the first time)'
+	$(SAY) 'Install it with the packages for tests (minutes the first time)'
 	$(PIP) --force-reinstall --no-deps $(WHEELS)/stiefel_rs-*.whl
 	$(PIP) 'stiefel-rs[plot,test]'
 	@touch $@
 
 reproduce: $(INSTALLED) ## The paper's statements, tables and figures, recomputed, into out/
-	$(SAY) 'Recompute the paper into $(OUT) (some minutes, with a progress bar)'
+	$(SAY) 'Recompute the paper into $(OUT) (with a progress bar)'
 	$(BIN)/stiefel-rs reproduce --out $(OUT)
 
 report: $(INSTALLED) ## The same and a report of a few pages, out/report.pdf
-	$(SAY) 'Recompute the paper into $(OUT), with a report (some minutes, with a progress bar)'
+	$(SAY) 'Recompute the paper into $(OUT), with a report (with a progress bar)'
 	$(PIP) --quiet 'stiefel-rs[report]'
 	$(BIN)/stiefel-rs reproduce --report --out $(OUT)
 
 test: test-rust test-python ## All tests of both languages
 
 test-rust: ## Unit, integration and documentation tests of the crate
-	$(SAY) 'Tests of the crate (some minutes to compile the first time, and some to run)'
+	$(SAY) 'Tests of the crate (minutes to compile the first time)'
 	cargo test --locked --features serde
 
 test-python: $(INSTALLED) ## The Python tests, types and stubs
 	$(SAY) 'Python tests (about 18 minutes); tools that are missing are listed at the end, one a line'
 	$(BIN)/python -m pytest
-	$(SAY) 'Types (1 minute)'
+	$(SAY) 'Types'
 	$(BIN)/python -m mypy
-	$(SAY) 'Stubs against the compiled module (1 minute)'
+	$(SAY) 'Stubs against the compiled module'
 	$(BIN)/python -m mypy.stubtest stiefel_rs._core
 
 MINIMAL_TESTS := $(addprefix tests/python/test_, readme.py curves.py stiefel.py splines.py spline_input.py velocities.py save.py interpolate.py \
@@ -70,7 +70,7 @@ test-torch: $(INSTALLED) ## The tests of stiefel_rs.torch; installs PyTorch, whi
 	$(BIN)/python -m pytest tests/python/test_torch.py
 
 lint: $(BIN)/python ## Formatting and lints of both languages
-	$(SAY) 'Format and lints of the crate (some minutes the first time)'
+	$(SAY) 'Format and lints of the crate (minutes to compile the first time)'
 	cargo fmt --check
 	cargo clippy --locked --all-targets --features serde -- -D warnings
 	cargo clippy --locked --lib --features python -- -D warnings
@@ -96,7 +96,7 @@ bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick
 
 benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, InterpolatePy and others, into docs/benchmarks.md; ARGS="--only cubic"
-	$(SAY) 'Comparison with other libraries (7 minutes, and the first time as long to install them)'
+	$(SAY) 'Comparison with other libraries (7 minutes; they are installed the first time)'
 	$(BIN)/python -m benchmarks.compare $(ARGS)
 
 gallery: $(INSTALLED) ## The examples, with their figures and numbers, into docs/gallery.md and docs/figures; the picture of the README
@@ -134,20 +134,20 @@ doc: ## Rust documentation, with rendered mathematics
 
 # By its name the package that is there gets its extra; by its folder it would be built once more.
 $(DOCS_INSTALLED): $(INSTALLED)
-	$(SAY) 'Install MkDocs and its plugins (half a minute)'
+	$(SAY) 'Install MkDocs and its plugins'
 	$(PIP) 'stiefel-rs[docs]'
 	@touch $@
 
 docs: $(DOCS_INSTALLED) ## The documentation site, into site/
-	$(SAY) 'Documentation site into site/'
+	$(SAY) 'Documentation site into site/ (15 seconds)'
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 check-docs: docs ## The pages of site/ in Chromium: search, tables, signatures, small screens
-	$(SAY) 'Pages in Chromium, wide and narrow'
+	$(SAY) 'Pages in Chromium, wide and narrow (2 minutes)'
 	$(BIN)/python -m pytest tests/site
 
 wheels: $(BIN)/python ## Source distribution, and a wheel that is built from it, into dist/; both checked
-	$(SAY) 'Source distribution and wheel into dist/ (5 to 10 minutes)'
+	$(SAY) 'Source distribution and wheel into dist/ (10 minutes)'
 	$(PIP) --quiet 'maturin>=1.9.4,<2' 'twine>=6.1'
 	rm -rf dist
 	$(BIN)/maturin build --release --locked --sdist --out dist
