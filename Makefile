@@ -9,7 +9,7 @@ WHEELS := target/wheels
 INSTALLED := $(VENV)/.installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
-# One line before each step: what it does, and how long that takes, or what tells its progress.
+# Printed before each step: what it does and roughly how long it takes.
 SAY := @printf '\n=== %s\n'
 PIP := $(BIN)/python -m pip install --disable-pip-version-check
 
@@ -24,7 +24,7 @@ $(BIN)/python:
 	$(SAY) 'Virtual environment in $(VENV) (10 seconds)'
 	$(PYTHON) -m venv $(VENV)
 
-# By maturin itself: pip hides the progress of cargo. The second line of pip finds the package there, and adds what it needs.
+# Call maturin directly: pip hides the progress of cargo. The last command finds the package installed and adds its dependencies.
 $(INSTALLED): $(BIN)/python $(SOURCES)
 	$(SAY) 'Compile the Python module (10 minutes the first time; the last crate, stiefel-rs, takes most of them)'
 	$(PIP) --quiet 'maturin>=1.9.4,<2'
@@ -51,7 +51,7 @@ test-rust: ## Unit, integration and documentation tests of the crate
 	cargo test --locked --features serde
 
 test-python: $(INSTALLED) ## The Python tests, types and stubs
-	$(SAY) 'Python tests (about 18 minutes); tools that are missing are listed at the end, one a line'
+	$(SAY) 'Python tests (about 18 minutes); missing tools are listed at the end, one per line'
 	$(BIN)/python -m pytest
 	$(SAY) 'Types'
 	$(BIN)/python -m mypy

@@ -371,13 +371,13 @@ def page(numbers: dict[str, dict[str, Any]]) -> str:
 
 
 def timed(name: str, figure: Path) -> tuple[dict[str, Any], float]:
-    """Numbers of an example, and how many seconds it took."""
+    """Numbers of an example, and its duration in seconds."""
     start = time.perf_counter()
     return EXAMPLES[name](figure), time.perf_counter() - start
 
 
 def run_all(figures: Path) -> dict[str, dict[str, Any]]:
-    """Numbers of all examples, as many at a time as there are cores; a line is printed when one is done."""
+    """Numbers of all examples, run in parallel; a line is printed after each."""
     numbers = {}
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         running = {pool.submit(timed, name, figures / f"{name}.png"): name for name in EXAMPLES}

@@ -46,12 +46,12 @@ ROW = re.compile(r"^\|.*\|$", flags=re.MULTILINE)
 CODE = re.compile(r"`[^`]+`")
 CELL = re.compile(r"<td\b.*?</td>", flags=re.DOTALL)
 NAME = re.compile(r"(?<=<code>)[^<]+(?=</code>)")
-# Behind these a name may go on in the next line of a table's cell.
+# Places at which a name in a table may break.
 JOINT = re.compile(r"(::|\w[_/(=](?=\w)|\w\.(?!py\b|rs\b)(?=\w))")
 HELP = re.compile(r"<!-- help ?(\w*) -->")
 # What a browser fetches by itself when it shows a page.
 FETCHED = re.compile(r'<(?:script|img|iframe|source)\b[^>]*\bsrc="(https?:|//)|<link\b[^>]*\brel="stylesheet"[^>]*//')
-# Weights of pages in the search, by the first start of their path that fits: guides before tables of measurements.
+# Weights of pages in the search, by the first prefix of their path that matches: guides before measurements.
 BOOSTS = {
     "guides/rust": 1.0,
     "guides/": 8.0,
@@ -78,13 +78,13 @@ def on_files(files: Files, *, config: MkDocsConfig) -> Files:
 
 
 def on_env(env: Environment, **_: Any) -> Environment:
-    """Tell that all pages are read."""
+    """Log that all pages are read."""
     log.info("pages: writing, with their formulas")
     return env
 
 
 def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
-    """What a page counts in the search; bars in tables, links of the gallery to the scripts, options of the command."""
+    """Set the weight in the search; adapt bars in tables, links of the gallery to scripts, and options of the command."""
     boost = next((boost for start, boost in BOOSTS.items() if page.file.src_uri.startswith(start)), 1.0)
     page.meta["search"] = {"boost": boost, "exclude": page.file.src_uri.startswith("examples/")}
     # Forges want bars in the code of tables escaped, Python-Markdown shows the escapes.
@@ -99,7 +99,7 @@ def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
 
 
 def on_post_page(output: str, *, page: Page, **_: Any) -> str:
-    """Formulas as HTML, breaks in long names, after the search index has taken both; nothing from another host."""
+    """Render formulas and allow breaks in long names, after the search index is made; refuse files from other hosts."""
     if fetched := FETCHED.search(output):
         raise PluginError(f"{page.file.src_uri}: the page loads {fetched[0]}...")
     output = CELL.sub(lambda cell: NAME.sub(lambda name: JOINT.sub(r"\1<wbr>", name[0]), cell[0]), output)
@@ -108,7 +108,7 @@ def on_post_page(output: str, *, page: Page, **_: Any) -> str:
 
 @contextmanager
 def step(name: str) -> Iterator[None]:
-    """Tell what is done, and then how long it took."""
+    """Log the start and the duration of a step."""
     log.info("%s: ...", name)
     start = time.perf_counter()
     yield
@@ -159,7 +159,7 @@ def formula(source: str, where: str) -> str:
 
 
 def add_plotting(files: Files, config: MkDocsConfig) -> None:
-    """Run the script of the page about figures; what it draws replaces the files in docs/."""
+    """Run the script of plotting.md; the files that it writes replace those in docs/figures."""
     page = (ROOT / "docs" / "plotting.md").read_text(encoding="utf-8")
     scripts = re.findall(r"^```python\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE)
     # Threads of a BLAS that wait for each other on a busy machine take minutes for what one does in a second.

@@ -33,7 +33,7 @@ def pytest_terminal_summary(terminalreporter, config):
     seed = config.getoption("randomly_seed", None)
     if seed is not None:
         terminalreporter.write_line(f"order of the tests: --randomly-seed={seed}")
-    # In place of pytest's list of skipped tests.
+    # Replaces pytest's list of skipped tests.
     for line in skips.lines(skips.reasons(terminalreporter.stats.get("skipped", []))):
         terminalreporter.write_line(line)
 
