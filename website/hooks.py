@@ -84,7 +84,7 @@ def on_env(env: Environment, **_: Any) -> Environment:
 
 
 def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
-    """Set the weight in the search; adapt bars in tables, links of the gallery to scripts, and options of the command."""
+    """Set the weight in the search; adapt bars in tables, links of the gallery, and options of the command."""
     boost = next((boost for start, boost in BOOSTS.items() if page.file.src_uri.startswith(start)), 1.0)
     page.meta["search"] = {"boost": boost, "exclude": page.file.src_uri.startswith("examples/")}
     # Forges want bars in the code of tables escaped, Python-Markdown shows the escapes.
