@@ -1,15 +1,19 @@
 # `make reproduce` and `make test` need a Rust toolchain, Python >= 3.10 and make; everything else they install
-# themselves, into .venv and target.
+# themselves, into .venv and target. Times in the messages are rough ones, of two idle cores.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
+WHEELS := target/wheels
 INSTALLED := $(VENV)/.installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
+# Printed before each step: what it does and roughly how long it takes.
+SAY := @printf '\n=== %s\n'
+PIP := $(BIN)/python -m pip install --disable-pip-version-check
 
-.PHONY: help reproduce report test test-rust test-python test-minimal test-torch lint licences fuzz leak interrupts bench benchmark gallery boundary boundary-cost control-points accuracy study paper-map doc docs wheels clean
+.PHONY: help reproduce report test test-rust test-python test-minimal test-torch lint licences fuzz leak interrupts bench benchmark gallery boundary boundary-cost control-points accuracy study paper-map doc docs check-docs wheels clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -17,27 +21,41 @@ help: ## Show this list
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { \
 		echo "Python >= 3.10 is needed; '$(PYTHON)' is $$($(PYTHON) --version). Say make PYTHON=..." >&2; exit 1; }
+	$(SAY) 'Virtual environment in $(VENV) (10 seconds)'
 	$(PYTHON) -m venv $(VENV)
 
+# Call maturin directly: pip hides the progress of cargo. The last command finds the package installed and adds its dependencies.
 $(INSTALLED): $(BIN)/python $(SOURCES)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[plot,test]'
+	$(SAY) 'Compile the Python module (10 minutes the first time; the last crate, stiefel-rs, takes most of them)'
+	$(PIP) --quiet 'maturin>=1.9.4,<2'
+	rm -f $(WHEELS)/stiefel_rs-*.whl
+	$(BIN)/maturin build --release --locked --compatibility off --interpreter $(BIN)/python --out $(WHEELS)
+	$(SAY) 'Install it with the packages for tests (minutes the first time)'
+	$(PIP) --force-reinstall --no-deps $(WHEELS)/stiefel_rs-*.whl
+	$(PIP) 'stiefel-rs[plot,test]'
 	@touch $@
 
 reproduce: $(INSTALLED) ## The paper's statements, tables and figures, recomputed, into out/
+	$(SAY) 'Recompute the paper into $(OUT) (with a progress bar)'
 	$(BIN)/stiefel-rs reproduce --out $(OUT)
 
 report: $(INSTALLED) ## The same and a report of a few pages, out/report.pdf
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'stiefel-rs[report]'
+	$(SAY) 'Recompute the paper into $(OUT), with a report (with a progress bar)'
+	$(PIP) --quiet 'stiefel-rs[report]'
 	$(BIN)/stiefel-rs reproduce --report --out $(OUT)
 
 test: test-rust test-python ## All tests of both languages
 
 test-rust: ## Unit, integration and documentation tests of the crate
+	$(SAY) 'Tests of the crate (minutes to compile the first time)'
 	cargo test --locked --features serde
 
 test-python: $(INSTALLED) ## The Python tests, types and stubs
+	$(SAY) 'Python tests (about 18 minutes); missing tools are listed at the end, one per line'
 	$(BIN)/python -m pytest
+	$(SAY) 'Types'
 	$(BIN)/python -m mypy
+	$(SAY) 'Stubs against the compiled module'
 	$(BIN)/python -m mypy.stubtest stiefel_rs._core
 
 MINIMAL_TESTS := $(addprefix tests/python/test_, readme.py curves.py stiefel.py splines.py spline_input.py velocities.py save.py interpolate.py \
@@ -47,14 +65,17 @@ test-minimal: ## Tests for the oldest packages, with those that are installed: p
 	$(PYTHON) -m pytest $(MINIMAL_TESTS)
 
 test-torch: $(INSTALLED) ## The tests of stiefel_rs.torch; installs PyTorch, which is gigabytes
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'torch>=2.4'
+	$(SAY) 'Install PyTorch (gigabytes the first time), and run its tests'
+	$(PIP) 'torch>=2.4'
 	$(BIN)/python -m pytest tests/python/test_torch.py
 
 lint: $(BIN)/python ## Formatting and lints of both languages
+	$(SAY) 'Format and lints of the crate (minutes to compile the first time)'
 	cargo fmt --check
 	cargo clippy --locked --all-targets --features serde -- -D warnings
 	cargo clippy --locked --lib --features python -- -D warnings
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ruff>=0.9,<1'
+	$(SAY) 'Lints and format of Python (seconds)'
+	$(PIP) --quiet 'ruff>=0.9,<1'
 	$(BIN)/ruff check python tests benchmarks examples tools website
 	$(BIN)/ruff format --check python tests benchmarks examples tools website
 
@@ -71,47 +92,63 @@ interrupts: $(INSTALLED) ## Seconds from Ctrl-C to the exception, call by call; 
 	$(BIN)/python -m benchmarks.interrupts $(ARGS)
 
 bench: ## Criterion benchmarks, quick profile
+	$(SAY) 'Benches of the crate, quick profile (minutes to compile the first time)'
 	cargo bench --locked -- --quick
 
 benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, InterpolatePy and others, into docs/benchmarks.md; ARGS="--only cubic"
+	$(SAY) 'Comparison with other libraries (7 minutes; they are installed the first time)'
 	$(BIN)/python -m benchmarks.compare $(ARGS)
 
 gallery: $(INSTALLED) ## The examples, with their figures and numbers, into docs/gallery.md and docs/figures; the picture of the README
-	$(BIN)/python examples/gallery.py
+	$(SAY) 'Examples of the gallery, and the picture of the README (1 to 3 minutes; a line for each)'
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python examples/gallery.py
 	$(BIN)/python examples/moving_picture.py
 
 boundary: $(INSTALLED) ## 12000 random boundary problems of Riemannian cubics, into docs/boundary_problems.md
+	$(SAY) 'Random boundary problems (75 seconds)'
 	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary.solved $(ARGS)
 
 boundary-cost: $(INSTALLED) ## What solutions of 2000 boundary problems cost beside others, into docs/boundary_cost.md
+	$(SAY) 'Cost of solutions (with a progress bar)'
 	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary.cost $(ARGS)
 
 control-points: $(INSTALLED) ## Other control points on 1000 random boundary problems, into docs/control_points.md
+	$(SAY) 'Control points (9 minutes)'
 	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary.control_points $(ARGS)
 
 accuracy: $(INSTALLED) ## Errors against 50 digits, into docs/accuracy.md
+	$(SAY) 'Errors against 50 digits (with a progress bar)'
 	$(BIN)/python -m benchmarks.accuracy
 
 study: $(INSTALLED) ## Integrators of cubics compared, into docs/integrators.md and docs/figures
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check 'heyoka>=7,<8'
+	$(SAY) 'Integrators compared (with a progress bar); without heyoka if it cannot be installed'
+	-$(PIP) --quiet 'heyoka>=7,<8'
 	RAYON_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks.study
 
 paper-map: $(BIN)/python ## Every item of the paper with its function, test and report, into docs/paper.md
 	$(BIN)/python -m tools.paper_map
 
 doc: ## Rust documentation, with rendered mathematics
+	$(SAY) 'Rust documentation into target/doc (minutes the first time)'
 	cargo doc --locked --no-deps
 
 # By its name the package that is there gets its extra; by its folder it would be built once more.
 $(DOCS_INSTALLED): $(INSTALLED)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'stiefel-rs[docs]'
+	$(SAY) 'Install MkDocs and its plugins'
+	$(PIP) 'stiefel-rs[docs]'
 	@touch $@
 
-docs: $(DOCS_INSTALLED) ## The documentation site, into site/; runs the examples of the gallery unless they are as they were
+docs: $(DOCS_INSTALLED) ## The documentation site, into site/
+	$(SAY) 'Documentation site into site/ (15 seconds)'
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
+check-docs: docs ## The pages of site/ in Chromium: search, tables, signatures, small screens
+	$(SAY) 'Pages in Chromium, wide and narrow (2 minutes)'
+	$(BIN)/python -m pytest tests/site
+
 wheels: $(BIN)/python ## Source distribution, and a wheel that is built from it, into dist/; both checked
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'maturin>=1.9.4,<2' 'twine>=6.1'
+	$(SAY) 'Source distribution and wheel into dist/ (10 minutes)'
+	$(PIP) --quiet 'maturin>=1.9.4,<2' 'twine>=6.1'
 	rm -rf dist
 	$(BIN)/maturin build --release --locked --sdist --out dist
 	$(BIN)/twine check --strict dist/*

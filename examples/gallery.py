@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -41,8 +44,8 @@ NAMED = ("uneven_keyframes", "camera_path", "target_in_view", "gyro_fit", "reduc
 TEXT = """\
 # Gallery
 
-Written by `make gallery`, which runs the scripts of [examples/](../examples), each of them shorter than 150 lines. One
-alone: `python examples/attitude.py --out attitude.png`, with the package, SciPy and matplotlib installed.
+Each section is a script of [examples/](../examples), shorter than 150 lines. To run one:
+`python examples/attitude.py --out attitude.png`, with the package, SciPy and matplotlib installed.
 
 ## A satellite turns through keyframes
 
@@ -365,10 +368,26 @@ def page(numbers: dict[str, dict[str, Any]]) -> str:
     return wrapped(TEXT.format(**values))
 
 
+def timed(name: str, figure: Path) -> tuple[dict[str, Any], float]:
+    """Numbers of an example, and its duration in seconds."""
+    start = time.perf_counter()
+    return EXAMPLES[name](figure), time.perf_counter() - start
+
+
+def run_all(figures: Path) -> dict[str, dict[str, Any]]:
+    """Numbers of all examples, run in parallel; a line is printed after each."""
+    numbers = {}
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        running = {pool.submit(timed, name, figures / f"{name}.png"): name for name in EXAMPLES}
+        for done in as_completed(running):
+            numbers[running[done]], seconds = done.result()
+            print(f"{len(numbers)} of {len(EXAMPLES)}: {running[done]}, {seconds:.0f} s", flush=True)
+    return {name: numbers[name] for name in EXAMPLES}
+
+
 def write(folder: Path) -> None:
     """Run all examples; their page and their figures go into the folder."""
-    figures = folder / FIGURES.relative_to(DOCS)
-    text = page({name: main(figures / f"{name}.png") for name, main in EXAMPLES.items()})
+    text = page(run_all(folder / FIGURES.relative_to(DOCS)))
     (folder / "gallery.md").write_text(text, encoding="utf-8")
 
 

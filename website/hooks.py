@@ -1,4 +1,4 @@
-"""Additions of the site to the pages of docs/: formulas as HTML, the gallery run anew, the scripts of the examples."""
+"""What the site has beyond the pages of docs/: formulas as HTML, scripts of the examples, weights for the search."""
 
 from __future__ import annotations
 
@@ -12,18 +12,25 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import time
 import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mkdocs.exceptions import PluginError
+from mkdocs.plugins import get_plugin_logger
 from mkdocs.structure.files import File, Files
 from py_mini_racer import JSEvalException, MiniRacer
 
 if TYPE_CHECKING:
+    from jinja2 import Environment
     from mkdocs.config.defaults import MkDocsConfig
     from mkdocs.structure.pages import Page
+
+log = get_plugin_logger("website")
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
@@ -37,25 +44,49 @@ CACHE = ROOT / "target" / "website"
 MATHS = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
 ROW = re.compile(r"^\|.*\|$", flags=re.MULTILINE)
 CODE = re.compile(r"`[^`]+`")
+CELL = re.compile(r"<td\b.*?</td>", flags=re.DOTALL)
+NAME = re.compile(r"(?<=<code>)[^<]+(?=</code>)")
+# Places at which a name in a table may break.
+JOINT = re.compile(r"(::|\w[_/(=](?=\w)|\w\.(?!py\b|rs\b)(?=\w))")
 HELP = re.compile(r"<!-- help ?(\w*) -->")
 # Resources that a browser fetches by itself when it shows a page.
 FETCHED = re.compile(r'<(?:script|img|iframe|source)\b[^>]*\bsrc="(https?:|//)|<link\b[^>]*\brel="stylesheet"[^>]*//')
+# Weights of pages in the search, by the first prefix of their path that matches: guides before measurements.
+BOOSTS = {
+    "guides/rust": 1.0,
+    "guides/": 8.0,
+    "coming_from": 8.0,
+    "reference/": 2.0,
+    "development/": 0.3,
+    "what_it": 0.3,
+    "index": 0.1,
+}
 
 
 def on_files(files: Files, *, config: MkDocsConfig) -> Files:
-    """Add KaTeX's style and fonts, the style of the site, the gallery and the scripts of the examples."""
-    dist = katex()
+    """Add KaTeX, the style of the site, the figures of plotting.md and the scripts of the examples."""
+    with step("KaTeX"):
+        dist = katex()
     for path in [dist / "katex.min.css", *sorted((dist / "fonts").glob("*.woff2"))]:
         files.append(File.generated(config, f"katex/{path.relative_to(dist).as_posix()}", abs_src_path=str(path)))
     files.append(File.generated(config, "site.css", abs_src_path=str(HERE / "site.css")))
-    add_gallery(files, config)
-    add_plotting(files, config)
+    with step("figures of plotting.md"):
+        add_plotting(files, config)
     add_examples(files, config)
+    log.info("pages: reading %d, with the docstrings of the reference", len(files.documentation_pages()))
     return files
 
 
+def on_env(env: Environment, **_: Any) -> Environment:
+    """Log that all pages are read."""
+    log.info("pages: writing, with their formulas")
+    return env
+
+
 def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
-    """Bars in tables; links of the gallery point to the pages of scripts; options of commands are inserted."""
+    """Set the weight in the search; adapt bars in tables, links of the gallery, and options of the command."""
+    boost = next((boost for start, boost in BOOSTS.items() if page.file.src_uri.startswith(start)), 1.0)
+    page.meta["search"] = {"boost": boost, "exclude": page.file.src_uri.startswith("examples/")}
     # Forges need escaped bars in the code of tables, but Python-Markdown shows the escapes.
     markdown = ROW.sub(lambda row: CODE.sub(lambda code: code[0].replace(r"\|", "|"), row[0]), markdown)
     if page.file.src_uri == "reference/command_line.md":
@@ -68,10 +99,20 @@ def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
 
 
 def on_post_page(output: str, *, page: Page, **_: Any) -> str:
-    """Formulas as HTML, after the search index has read their source; nothing may be loaded from another host."""
+    """Render formulas and allow breaks in long names, after the search index is made; refuse files from other hosts."""
     if fetched := FETCHED.search(output):
         raise PluginError(f"{page.file.src_uri}: the page loads {fetched[0]}...")
+    output = CELL.sub(lambda cell: NAME.sub(lambda name: JOINT.sub(r"\1<wbr>", name[0]), cell[0]), output)
     return MATHS.sub(lambda found: formula(found[2], page.file.src_uri), output)
+
+
+@contextmanager
+def step(name: str) -> Iterator[None]:
+    """Log the start and the duration of a step."""
+    log.info("%s: ...", name)
+    start = time.perf_counter()
+    yield
+    log.info("%s: done, %.1f s", name, time.perf_counter() - start)
 
 
 def help_of(command: str) -> str:
@@ -117,49 +158,22 @@ def formula(source: str, where: str) -> str:
         raise PluginError(f"{where}: {text}\n{error}") from error
 
 
-def add_gallery(files: Files, config: MkDocsConfig) -> None:
-    """Run the examples unless they and the package are unchanged; their page and figures replace those of docs/."""
-    out = CACHE / f"gallery-{fingerprint()}"
-    if not (out / "gallery.md").exists():
-        # On a busy machine, BLAS threads that wait for each other take minutes for a second's work.
-        single = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-        command = [sys.executable, str(EXAMPLES / "gallery.py"), "--out", str(out)]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False, env=single)
-        if done.returncode:
-            raise PluginError(f"the examples of the gallery failed:\n{done.stderr}")
-    for path in sorted(out.rglob("*.*")):
-        name = path.relative_to(out).as_posix()
-        if old := files.get_file_from_path(name):
-            files.remove(old)
-        files.append(File.generated(config, name, abs_src_path=str(path)))
-
-
 def add_plotting(files: Files, config: MkDocsConfig) -> None:
-    """Run the script of the page about figures; its figure replaces that of docs/."""
+    """Run the script of plotting.md; the files that it writes replace those in docs/figures."""
     page = (ROOT / "docs" / "plotting.md").read_text(encoding="utf-8")
     scripts = re.findall(r"^```python\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE)
+    # Threads of a BLAS that wait for each other on a busy machine take minutes for what one does in a second.
+    single = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-c", scripts[0]]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False, cwd=folder)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False, cwd=folder, env=single)
         if done.returncode:
             raise PluginError(f"plotting.md: its script failed:\n{done.stderr}")
-        drawn = (Path(folder) / "plotting.png").read_bytes()
-    name = "figures/plotting.png"
-    if old := files.get_file_from_path(name):
-        files.remove(old)
-    files.append(File.generated(config, name, content=drawn))
-
-
-def fingerprint() -> str:
-    """A digest of the examples, their data and the installed package."""
-    import stiefel_rs  # noqa: PLC0415
-
-    digest = hashlib.sha256()
-    package = Path(stiefel_rs.__file__).parent
-    for path in [*sorted(EXAMPLES.rglob("*.*")), *sorted(package.glob("*.so")), *sorted(package.glob("*.pyd"))]:
-        if path.is_file() and "__pycache__" not in path.parts:
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+        for path in sorted(Path(folder).iterdir()):
+            name = f"figures/{path.name}"
+            if old := files.get_file_from_path(name):
+                files.remove(old)
+            files.append(File.generated(config, name, content=path.read_bytes()))
 
 
 def add_examples(files: Files, config: MkDocsConfig) -> None:

@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+import skips
 from beside import HANGS
 
 from stiefel_rs import Stiefel
@@ -32,6 +33,9 @@ def pytest_terminal_summary(terminalreporter, config):
     seed = config.getoption("randomly_seed", None)
     if seed is not None:
         terminalreporter.write_line(f"order of the tests: --randomly-seed={seed}")
+    # Replaces pytest's list of skipped tests.
+    for line in skips.lines(skips.reasons(terminalreporter.stats.get("skipped", []))):
+        terminalreporter.write_line(line)
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ TEMPLATE = Path(command.__file__).with_name("report.typ")
 
 
 def test_report_has_at_most_twelve_pages_and_the_numbers_of_the_tables(request, tmp_path):
-    pytest.importorskip("typst", reason="the report needs typst")
+    pytest.importorskip("typst")
     from stiefel_rs.reproduce import pdf  # noqa: PLC0415
 
     # A copy: the report is written into its folder.

@@ -246,7 +246,7 @@ def test_dates_say_how_to_convert_them():
 
 
 def test_pandas():
-    pandas = pytest.importorskip("pandas", reason="times in pandas' types; in the extra [test]")
+    pandas = pytest.importorskip("pandas")
     S = walk(3, 2, 4)[1]
     seconds = pandas.Series([0.0, 1.0, 2.0, 5.0], index=[3, 1, 2, 0])
     for t in (seconds, pandas.Index(seconds), seconds.astype("Int64").astype(float)):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="PyTorch is not installed: make test-torch")
+torch = pytest.importorskip("torch", reason="not installed: PyTorch; make test-torch installs it")
 
 import stiefel_rs  # noqa: E402
 from stiefel_rs import CubicSpline, GeometricCubic, InvalidInputError, RiemannianCubic, RotationSpline, Stiefel  # noqa: E402
