@@ -1,7 +1,7 @@
 """Figures of curves on Stiefel manifolds, with matplotlib (extra ``plot``).
 
 Every function takes the axes to draw into (``ax=``) and returns them. Without ``ax`` it makes a figure of its own,
-which is the ``figure`` of the axes that come back: ``plotting.plot(curve).figure.savefig("curve.png")``. There is no
+which is the ``figure`` of the axes that come back: ``plotting.save(plotting.plot(curve), "curve.svg")``. There is no
 global state: no pyplot, no change of ``rcParams``. For a window, hand in axes made by pyplot; spheres and body frames
 need three-dimensional ones, ``pyplot.figure().add_subplot(projection="3d")``.
 
@@ -11,6 +11,8 @@ need three-dimensional ones, ``pyplot.figure().add_subplot(projection="3d")``.
 `frame`             the columns of curves on St(3,2) and St(3,3), as paths on one sphere
 `body_frame`        the same as small triads that move in time
 `entries`           all entries of a matrix against time, for any n and k
+`angles`            angle of each column to its start against time, for any n and k
+`overview`          for large frames: these angles, the entries as a picture, speed and acceleration
 `norms`             lengths of velocity and covariant acceleration
 `spline`            a curve through points, its knots, and both lengths beside it
 `convergence`       errors against numbers of steps, with fitted orders
@@ -18,6 +20,7 @@ need three-dimensional ones, ``pyplot.figure().add_subplot(projection="3d")``.
 `energy`            deviation of the energy along a trajectory
 `momentum`          deviation of the momentum along a trajectory
 `fitted_order`      slope of errors against steps
+`save`              a figure as SVG for light and dark pages, PNG at 200 dpi, or PDF
 =================== ==================================================================================
 """
 
@@ -31,11 +34,15 @@ except ImportError as missing:
 from ._body import body_frame
 from ._conserved import energy, momentum
 from ._errors import convergence, error, fitted_order
+from ._norms import norms
+from ._overview import angles, overview
 from ._plot import plot
+from ._save import save
 from ._sphere import frame, sphere
-from ._time import entries, norms, spline
+from ._time import entries, spline
 
 __all__ = [
+    "angles",
     "body_frame",
     "convergence",
     "energy",
@@ -45,7 +52,9 @@ __all__ = [
     "frame",
     "momentum",
     "norms",
+    "overview",
     "plot",
+    "save",
     "sphere",
     "spline",
 ]

@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike
 
 from .._core import Curve
 from ..errors import InvalidInputError
-from ._axes import GRID, TIME_LABEL, cycled, drawn, flat, label, line_style
+from ..figure_style import GRID, SMALL_FONT
+from ..palette import INK
+from ._axes import TIME_LABEL, cycled, drawn, flat, label, line_style
 from ._samples import Array, count, finite, number
 
 MAX_TICKS: Final = 8
@@ -123,7 +125,7 @@ def convergence(
         ax.set_xticks(N[order], [f"{x:g}" for x in N[order]])
         ax.xaxis.set_minor_locator(NullLocator())
     ax.grid(**GRID)
-    ax.legend(frameon=False)
+    ax.legend(frameon=False, fontsize=SMALL_FONT, labelcolor=INK)
     return ax
 
 
@@ -162,7 +164,7 @@ def error(curve: Curve, reference: Curve, *, ax: Axes | None = None, num: int = 
     t = np.linspace(*curve.t_span, count(num))
     distance = np.linalg.norm(curve(t) - reference(t), axis=(1, 2))
     style, ax = line_style(style), flat(ax)
-    ax.plot(t, np.where(distance > 0, distance, np.nan), **style)
+    ax.plot(t, np.where(distance > 0, distance, np.nan), **(cycled(drawn(ax)) | style))
     ax.set(yscale="log", xlabel=TIME_LABEL, ylabel="Frobenius distance")
     ax.grid(**GRID)
     return ax
