@@ -15,8 +15,9 @@ from scipy.interpolate import CubicSpline, make_interp_spline, make_smoothing_sp
 from scipy.spatial import transform
 from scipy.spatial.transform import Rotation, Slerp
 
-from figures import BLUE, GREEN, INK, ORANGE, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from stiefel_rs import PoseSpline, read_tum
+from stiefel_rs.palette import BLUE, GREEN, INK, ORANGE, VERMILION
 
 Array = NDArray[np.float64]
 Poses = tuple[Rotation, Array]
@@ -114,14 +115,14 @@ def draw(out: Path, table: dict[int, Any], near: dict[str, Any]) -> None:
         ax.set(xscale="log", xlabel="time between keyframes (s)", title=f"error of the {name}")
         ax.set_xticks(times, [f"{time:g}" for time in times])
         ax.minorticks_off()
-    axes[0].set_ylabel("relative to the error of PoseSpline")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+    axes[0].set_ylabel("error / error of PoseSpline")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=2, columnspacing=1)
     t = np.linspace(4, 5, 500)
     for label, color, width in ((OURS, BLUE, 0.9), (SMOOTHED, ORANGE, 2.0)):
         rate = np.degrees(near[label].angular_velocity(t)[:, 0])
         axes[2].plot(t, rate, color=color, linewidth=width, label=label)
-    axes[2].set(xlabel="time (s)", ylabel="body rate about the first axis (degrees/s)")
-    axes[2].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    axes[2].set(xlabel="time (s)", ylabel="body rate, first axis (degrees/s)")
+    figure.legend(*axes[2].get_legend_handles_labels(), loc="outside upper right")
     save(figure, out)
 
 

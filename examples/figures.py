@@ -16,12 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stiefel_rs import figure_style
-from stiefel_rs.palette import BLUE, BODY_AXES, GREEN, GRID_GREY, GREY, INK, ORANGE, PAPER, PURPLE, SKY, VERMILION
-
-__all__ = [
-    "BLUE", "BODY_AXES", "GREEN", "GRID_GREY", "GREY", "INK", "ORANGE", "PAPER", "PURPLE", "SKY", "VERMILION",
-    "FIGURES", "command_line", "draw_triads", "keyframe_lines", "nearest_turn", "new_figure", "save",
-]  # fmt: skip
+from stiefel_rs.palette import BODY_AXES, ORANGE
 
 Array = NDArray[np.float64]
 FIGURES = Path(__file__).resolve().parent.parent / "docs" / "figures" / "gallery"

@@ -16,8 +16,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from figures import BLUE, GREEN, GRID_GREY, INK, ORANGE, PAPER, PURPLE, VERMILION, command_line, nearest_turn, new_figure, save
+from figures import command_line, nearest_turn, new_figure, save
 from stiefel_rs import CubicSpline, Geodesic, Stiefel
+from stiefel_rs.palette import BLUE, GREEN, GRID_GREY, INK, ORANGE, PAPER, PURPLE, VERMILION
 
 Array = NDArray[np.float64]
 # Gorman, Williams, Fraser (2014), PLoS ONE 9(3): e90081, the palmerpenguins package; CC0. See data/README.md.

@@ -16,9 +16,10 @@ import optax
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from figures import BLUE, INK, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from stiefel_rs import RotationSpline
 from stiefel_rs.jax import rotation_spline
+from stiefel_rs.palette import BLUE, INK, VERMILION
 
 Array = NDArray[np.float64]
 # In s, rad and rad/s: a gyro at 50 Hz, orientations every half second.

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from figures import BLUE, GREEN, INK, SKY, VERMILION, command_line, nearest_turn, new_figure, save
+from figures import command_line, nearest_turn, new_figure, save
 from stiefel_rs import SmoothingSpline, Stiefel, skew_exp
+from stiefel_rs.palette import BLUE, GREEN, INK, SKY, VERMILION
 
 Array = NDArray[np.float64]
 SEED = 7
@@ -96,9 +97,9 @@ def draw(out: Path, times: tuple[Array, Array], entries: Any, errors: list[Array
     for i, (sensor, colour) in enumerate(zip(shown, (BLUE, VERMILION, GREEN), strict=True)):
         left.plot(middle, noisy[:, sensor, 0], ".", color=colour, markersize=4, alpha=0.6)
         left.plot(middle, exact[:, sensor, 0], "--", color=INK, linewidth=1, label=None if i else "truth")
-        left.plot(dense, smooth[:, sensor, 0], color=colour, label=f"sensor {sensor}: windows, spline")
-    left.set(xlabel="time (s)", ylabel="entry of the plane's first basis vector")
-    left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, columnspacing=1)
+        left.plot(dense, smooth[:, sensor, 0], color=colour, label=f"sensor {sensor}")
+    left.set(xlabel="time (s)", ylabel="entry of the plane's first basis vector\n(dots: windows, lines: spline)")
+    left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     labels = (
         f"windows of {WINDOW:g} s: rms {numbers['rms_one_window']:.1f}°",
         f"best longer windows, {numbers['best_length']} s: rms {numbers['rms_best_length']:.1f}°",

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from figures import BLUE, GREEN, INK, PURPLE, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from hamiltonians import Array, Geodesics, Spline, nearest_phase
+from stiefel_rs.palette import BLUE, GREEN, INK, PURPLE, VERMILION
 
 GEODESICS, STOPPING = "geodesics", "geodesics with stops"
 NATURAL, CLAMPED = "natural spline", "clamped spline"
@@ -132,7 +133,7 @@ def draw(out: Path, curves: dict[str, Any]) -> None:
         if name == GEODESICS:
             for time in TIMES:
                 column[1].annotate("", (time, 12), (time, 0), arrowprops={"arrowstyle": "->", "color": COLOURS[name]})
-            column[1].text(0.0, 13, "H jumps at the gates", color=INK)
+            column[1].text(0.1, 12.6, "H jumps at the gates", color=INK)
     axes[0, 0].set_ylabel("Pauli components of H")
     axes[1, 0].set_ylabel("slew rate |dH/dt|")
     save(figure, out)

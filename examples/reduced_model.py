@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from figures import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from plume import PERIOD, WINDS, Array, between, computed, modes, reduced, relative_error, solve
+from stiefel_rs.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
 from subspace_curves import ENDS, GEODESICS, LOCAL, MEAN, NEAREST, SPLINE, TANGENT, M, mean, of_frames, ways
 
 OWN, FLOOR = "modes of the direction itself", "floor"

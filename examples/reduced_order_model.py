@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline as ScipySpline
 from scipy.linalg import solve_banded
 
-from figures import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from stiefel_rs import CubicSpline, Stiefel
+from stiefel_rs.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
 
 Array = NDArray[np.float64]
 N, MODES = 2000, 6
@@ -129,12 +130,12 @@ def draw(out: Path, tested: Array, known: list[Array], errors: dict[str, Array])
         left.plot(x, known[i][:, -1], color=colour, linestyle=dashes, label=f"interface at {tested[i]:.2f}")
         left.axvline(tested[i], color=colour, linewidth=0.8, linestyle=dashes)
     left.set(xlabel="place on the rod (its length is 1)", ylabel=f"temperature at time {DURATION:g}")
-    left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    figure.legend(*left.get_legend_handles_labels(), loc="outside upper left")
     for name, style in STYLES.items():
         right.semilogy(tested, errors[name], label=name, **style)
     right.plot(POSITIONS, np.full(len(POSITIONS), errors[OWN].min() / 2), "^", color=INK, label="modes computed")
     right.set(xlabel="position of the interface", ylabel="relative error of the reduced model")
-    right.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    figure.legend(*right.get_legend_handles_labels(), loc="outside upper right", ncols=2)
     save(figure, out)
 
 

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from figures import BLUE, ORANGE, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from stiefel_rs import RotationSpline
 from stiefel_rs.jax import rotation_spline
+from stiefel_rs.palette import BLUE, ORANGE, VERMILION
 
 Array = NDArray[np.float64]
 # In s and m: along a straight line, past a target that is 6 m off it, 4 m lower.
@@ -132,7 +133,7 @@ def draw(out: Path, t: Array, curves: dict[str, RotationSpline]) -> None:
     accelerations.set(xlabel="time (s)", ylabel="angular acceleration (degrees/s²)")
     for ax in (angles, accelerations):
         ax.set(xlim=(0, DURATION), ylim=(0, None))
-    figure.legend(*angles.get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    figure.legend(*angles.get_legend_handles_labels(), loc="outside upper center", ncols=2)
     save(figure, out)
 
 

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from scipy.spatial import transform
 from scipy.spatial.transform import Rotation
 
-from figures import BLUE, INK, ORANGE, VERMILION, command_line, keyframe_lines, new_figure, save
+from figures import command_line, keyframe_lines, new_figure, save
 from stiefel_rs import ConvergenceError, RotationSpline
+from stiefel_rs.palette import BLUE, INK, ORANGE, VERMILION
 
 Array = NDArray[np.float64]
 # The longest interval is ten times the shortest.

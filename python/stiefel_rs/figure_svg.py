@@ -22,13 +22,15 @@ MARKS: Final = re.compile(MARK.format(r'([^"]+)', r'([^"]*)') + "(?:" + MARK.for
 NO_METADATA: Final = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 
 
-def dark_style() -> str:
-    """Style sheet that replaces the palette on dark pages; browsers apply it, other programs see the light colours."""
-    # Text in black has no style of its own.
-    rules = [f'g[id^="text"]{{fill:{DARK[INK]}}}']
+def dark_style(selector: str) -> str:
+    """Style sheet that replaces the palette on dark pages; browsers apply it, other programs see the light colours.
+
+    `selector` finds elements by a property, ``{what}``, and its colour, ``{colour}``.
+    """
+    rules = []
     for light, dark in DARK.items():
         for what in ("fill", "stroke"):
-            rules.append(f'[style*="{what}: {light.lower()}"]{{{what}:{dark}!important}}')
+            rules.append(f"{selector.format(what=what, colour=light.lower())}{{{what}:{dark}!important}}")
     return f"<style>@media (prefers-color-scheme:dark){{{''.join(rules)}}}</style>"
 
 
@@ -48,7 +50,10 @@ def _grouped(marks: re.Match[str]) -> str:
 def adapted(text: str) -> str:
     """SVG of matplotlib with rounded coordinates and the style for dark pages."""
     short = MARKS.sub(_grouped, COORDINATES.sub(_shortened, text))
-    return short.replace("</defs>", f"</defs>{dark_style()}", 1)
+    # Text in black has no style of its own.
+    short = short.replace('<g id="text_', f'<g fill="{INK}" id="text_')
+    style = dark_style('[style*="{what}: {colour}"]') + dark_style('[{what}="{colour}" i]')
+    return short.replace("</defs>", f"</defs>{style}", 1)
 
 
 def write_svg(figure: Figure, path: Path) -> None:

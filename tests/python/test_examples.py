@@ -63,8 +63,8 @@ def test_the_moving_picture_moves(tmp_path):
     assert committed.stat().st_size < 150_000
     for path in (out, committed):
         animations = list(ElementTree.parse(path).iter("{http://www.w3.org/2000/svg}animate"))
-        # Four edges and a picture for each camera, two ends of the line, two coordinates for each dot.
-        assert len(animations) == 16
+        # Three axes and a picture for each camera, two ends of the line, two coordinates for each dot.
+        assert len(animations) == 14
         frames = [animation.get("values").split(";") for animation in animations]
         assert {len(values) for values in frames} == {157}
         assert all(len(set(values)) > 20 for values in frames)

@@ -13,7 +13,7 @@ from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
 from ..errors import InvalidInputError
 from ..figure_style import COLUMN, DPI, FONT_SIZE, GRID, SMALL_FONT
-from ..palette import BODY_AXES, CURVES, GREY, INK
+from ..palette import BODY_AXES, CURVES, INK
 
 DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), (0, (1, 1)), "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (8, 2)))
 # Axes of bodies differ by these too.

@@ -13,7 +13,7 @@ from .._core import Curve
 from ..errors import InvalidInputError
 from ..figure_style import GRID, PAGE, SMALL_FONT
 from ..palette import BLUE, GREY, INK, VERMILION
-from ._axes import cycled, dressed, drawn, flat, label, legend, line_style, new_figure, time_label
+from ._axes import cycled, drawn, dressed, flat, label, legend, line_style, new_figure, time_label
 from ._norms import norms
 from ._samples import Array, Drawable, Samples, samples
 
@@ -23,8 +23,11 @@ LARGE: Final = 60
 MAX_COLUMNS: Final = 12
 # Zero is transparent, so that the picture suits light and dark pages.
 SIGNED: Final = LinearSegmentedColormap.from_list(
-    "stiefel_rs signed", [to_rgba(BLUE, 1.0), to_rgba(BLUE, 0.0), to_rgba(VERMILION, 0.0), to_rgba(VERMILION, 1.0)]
+    "stiefel_rs signed",
+    [(0.0, to_rgba(BLUE)), (0.5, to_rgba(BLUE, 0.0)), (0.5, to_rgba(VERMILION, 0.0)), (1.0, to_rgba(VERMILION))],
 )
+# Few large entries would leave all others pale: beyond this share of them the colour stays.
+SHOWN_SHARE: Final = 0.99
 
 
 def angles(
@@ -68,9 +71,7 @@ def _turned(points: Array) -> Array:
     return np.asarray(2 * np.degrees(np.arcsin(np.minimum(chords / 2, 1.0))))
 
 
-def overview(
-    curve: Drawable, *, ax: ArrayLike | None = None, num: int = 200, **style: Any
-) -> NDArray[np.object_]:
+def overview(curve: Drawable, *, ax: ArrayLike | None = None, num: int = 200, **style: Any) -> NDArray[np.object_]:
     """Draw what a large frame does: angles of its columns to their start, speed, acceleration, and all entries.
 
     The entries are a picture, one column of the frame above the other, blue where negative and red where positive.
@@ -138,18 +139,18 @@ def _draw_picture(found: Samples, ax: Axes) -> None:
     rows = found.points.transpose(2, 1, 0).reshape(k * n, count)
     # Equidistant times: those of knots would be seen as steps.
     edges = np.linspace(found.t[0], found.t[-1], count)
-    nearest = np.abs(np.searchsorted(found.t, edges).clip(0, count - 1))
-    largest = float(np.abs(rows).max())
+    nearest = np.searchsorted(found.t, edges).clip(0, count - 1)
+    largest = float(np.quantile(np.abs(rows), SHOWN_SHARE)) or 1.0
     extent = (found.t[0], found.t[-1], float(k * n), 0.0)
     shown = ax.imshow(rows[:, nearest], aspect="auto", extent=extent, cmap=SIGNED, vmin=-largest, vmax=largest)
     step = -(-k // MAX_COLUMNS)
-    shown_columns = range(0, k, step)
-    ax.set_yticks([(column + 0.5) * n for column in shown_columns], [f"column {column + 1}" for column in shown_columns])
+    named = range(0, k, step)
+    ax.set_yticks([(column + 0.5) * n for column in named], [f"column {column + 1}" for column in named])
     ax.tick_params(axis="y", length=0)
     for column in range(1, k if k <= MAX_COLUMNS else 0):
         ax.axhline(column * n, color=GREY, linewidth=0.5)
     ax.set(xlabel=time_label(found.timed))
-    bar = ax.figure.colorbar(shown, ax=ax, fraction=0.05, pad=0.02)
+    bar = ax.figure.colorbar(shown, ax=ax, fraction=0.05, pad=0.02, extend="both")
     bar.outline.set_edgecolor(GREY)
     bar.ax.tick_params(labelsize=SMALL_FONT, color=INK, labelcolor=INK)
     bar.set_label("entry", fontsize=SMALL_FONT, color=INK)

@@ -11,10 +11,10 @@ from mpl_toolkits.mplot3d.art3d import Line3D, Text3D  # type: ignore[import-unt
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInputError
-from ..sphere_lines import circle, grid_lines
 from ..figure_style import FONT_SIZE
 from ..palette import GREY, NEAR_GREY, PAPER
 from ..palette import GRID_GREY as FAR_GREY
+from ..sphere_lines import circle, grid_lines
 from ._axes import GRID_ID, KNOT_ID, MARKS, column_style, cycled, legend, line_style, spatial
 from ._samples import Array, Drawable, Samples, column_of, finite, samples
 
