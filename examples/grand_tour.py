@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from figures import command_line, nearest_turn, new_figure, save
 from stiefel_rs import CubicSpline, Geodesic, Stiefel
-from stiefel_rs.palette import BLUE, GREEN, GRID_GREY, INK, ORANGE, PAPER, PURPLE, VERMILION
+from stiefel_rs.palette import BACKGROUND, BLUE, GREEN, GRID_GREY, INK, ORANGE, PURPLE, VERMILION
 
 Array = NDArray[np.float64]
 # Gorman, Williams, Fraser (2014), PLoS ONE 9(3): e90081, the palmerpenguins package; CC0. See data/README.md.
@@ -92,7 +92,7 @@ def picture(ax: Axes, P: Array, data: tuple[Array, list[str]]) -> None:
     """The penguins in one projection, the axes of the measurements in it, and around it the letters of the axes."""
     Y, labels = data[0] @ P, np.array(data[1])
     for name, (colour, marker) in SPECIES.items():
-        style = {"markersize": 2.2, "alpha": 0.6, "markeredgewidth": 0.0}
+        style = {"markersize": 2.2, "alpha": 0.6, "markeredgewidth": 0.0, "rasterized": True}
         ax.plot(*Y[labels == name].T, marker, color=colour, label=name, **style)
     named: list[Array] = []
     for i in np.argsort(-np.linalg.norm(P, axis=1)):
@@ -121,7 +121,7 @@ def draw(out: Path, tour: CubicSpline, data: tuple[Array, list[str]], times: Arr
     figure.legend(*names, loc="outside upper center", ncols=3, markerscale=2, title=f"axes: {letters}")
     lower = figure.add_subplot(grid[2, :])
     lower.plot(*shares, color=BLUE)
-    lower.plot(times, np.interp(times, *shares), "o", color=BLUE, markerfacecolor=PAPER, label="pictures above")
+    lower.plot(times, np.interp(times, *shares), "o", color=BLUE, markerfacecolor=BACKGROUND, label="pictures above")
     for i, time in enumerate(tour.t):
         lower.axvline(time, color=ORANGE, linewidth=0.9, zorder=0, label=None if i else "random projections")
     lower.set(

@@ -14,8 +14,7 @@ from scipy.spatial import transform
 import uneven_keyframes
 from figures import FIGURES
 from stiefel_rs import RotationSpline
-from stiefel_rs.figure_svg import dark_style
-from stiefel_rs.palette import BLUE, BODY_AXES, GREY, GRID_GREY, INK, ORANGE, VERMILION
+from stiefel_rs.palette import BLUE, BODY_AXES, DARK, GREY, GRID_GREY, INK, ORANGE, VERMILION
 
 Array = NDArray[np.float64]
 FRAMES = 157
@@ -29,6 +28,12 @@ LENGTHS = np.array([1 / np.sqrt(1.16), 0.45, 0.45])
 # Corners of the camera's picture, in front of it.
 CORNERS = np.array([[1, 0.32, 0.24], [1, -0.32, 0.24], [1, -0.32, -0.24], [1, 0.32, -0.24]]) / np.sqrt(1.16)
 STYLE = "<style>text { font: 15px system-ui, sans-serif } .small { font-size: 12px }</style>"
+
+
+def dark_style() -> str:
+    """Style sheet that replaces the palette on dark pages."""
+    rules = [f'[{what}="{a}"]{{{what}:{b}}}' for a, b in DARK.items() for what in ("fill", "stroke")]
+    return f"<style>@media (prefers-color-scheme:dark){{{''.join(rules)}}}</style>"
 
 
 def projected(points: Array, centre: tuple[float, float]) -> Array:
@@ -117,9 +122,8 @@ def main(out: Path) -> None:
     body += camera(theirs(t).as_matrix(), VERMILION, (395.0, 165.0), titles[1], seconds)
     body += rates(t, {"ours": (ours, BLUE), "theirs": (theirs, VERMILION)}, seconds)
     body += note("cost: integral of the squared angular acceleration, rad²/s³", 262, 303)
-    dark = dark_style('[{what}="{colour}" i]')
     head = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 970 315" role="img">'
-    out.write_text(f"{head}{STYLE}{dark}{body}</svg>\n", encoding="utf-8")
+    out.write_text(f"{head}{STYLE}{dark_style()}{body}</svg>\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -135,7 +135,7 @@ def add_gallery(files: Files, config: MkDocsConfig) -> None:
 
 
 def add_plotting(files: Files, config: MkDocsConfig) -> None:
-    """Run the script of the page about figures; its figure replaces that of docs/."""
+    """Run the script of the page about figures; its figures replace those of docs/."""
     page = (ROOT / "docs" / "plotting.md").read_text(encoding="utf-8")
     scripts = re.findall(r"^```python\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE)
     with tempfile.TemporaryDirectory() as folder:
@@ -143,11 +143,11 @@ def add_plotting(files: Files, config: MkDocsConfig) -> None:
         done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False, cwd=folder)
         if done.returncode:
             raise PluginError(f"plotting.md: its script failed:\n{done.stderr}")
-        drawn = (Path(folder) / "plotting.png").read_bytes()
-    name = "figures/plotting.png"
-    if old := files.get_file_from_path(name):
-        files.remove(old)
-    files.append(File.generated(config, name, content=drawn))
+        drawn = {f"figures/{path.name}": path.read_bytes() for path in sorted(Path(folder).glob("*.svg"))}
+    for name, content in drawn.items():
+        if old := files.get_file_from_path(name):
+            files.remove(old)
+        files.append(File.generated(config, name, content=content))
 
 
 def fingerprint() -> str:

@@ -20,14 +20,13 @@ from matplotlib.gridspec import GridSpec
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from . import palette
-from .figure_svg import write_svg
+from .figure_svg import DPI, write_svg
 
 # Widths in inches of a column and of a page in print.
 COLUMN: Final = 3.4
 PAGE: Final = 7.0
 FONT_SIZE: Final = 9
 SMALL_FONT: Final = 8
-DPI: Final = 200
 GRID: Final[dict[str, Any]] = {"visible": True, "which": "major", "color": palette.GRID_GREY, "linewidth": 0.6}
 SETTINGS: Final[dict[str, Any]] = {
     "font.size": FONT_SIZE,
@@ -41,7 +40,6 @@ SETTINGS: Final[dict[str, Any]] = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.prop_cycle": matplotlib.cycler(color=palette.CURVES),
-    "svg.hashsalt": "stiefel-rs",
 } | dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color"), palette.INK)
 
 

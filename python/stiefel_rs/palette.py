@@ -26,7 +26,7 @@ INK: Final = "#262626"
 GREY: Final = "#6B6B6B"
 NEAR_GREY: Final = "#A8A8A8"
 GRID_GREY: Final = "#DDDDDD"
-PAPER: Final = "#FFFFFF"
+BACKGROUND: Final = "#FFFFFF"
 
 # On a dark page: the background is that of the site's dark scheme.
 DARK: Final = {
@@ -35,7 +35,7 @@ DARK: Final = {
     GREY: "#A3A7B0",
     NEAR_GREY: "#6D727D",
     GRID_GREY: "#3B404B",
-    PAPER: "#1E2129",
+    BACKGROUND: "#1E2129",
     BLUE: "#3E9BDC",
     Z_AXIS: "#4C94F0",
     X_AXIS: "#F25C5C",

@@ -20,6 +20,8 @@ need three-dimensional ones, ``pyplot.figure().add_subplot(projection="3d")``.
 `energy`            deviation of the energy along a trajectory
 `momentum`          deviation of the momentum along a trajectory
 `fitted_order`      slope of errors against steps
+`BODY_AXES`         red, green and blue, the colours of the axes of a body
+`STYLE`             settings of matplotlib for figures in print size, for ``matplotlib.rc_context``
 `save`              a figure as SVG for light and dark pages, PNG at 200 dpi, or PDF
 =================== ==================================================================================
 """
@@ -31,6 +33,8 @@ try:
 except ImportError as missing:
     raise ImportError(f"stiefel_rs.plotting needs matplotlib ({missing}): pip install 'stiefel-rs[plot]'") from missing
 
+from ..figure_style import SETTINGS as STYLE
+from ..palette import BODY_AXES
 from ._body import body_frame
 from ._conserved import energy, momentum
 from ._errors import convergence, error, fitted_order
@@ -42,6 +46,8 @@ from ._sphere import frame, sphere
 from ._time import entries, spline
 
 __all__ = [
+    "BODY_AXES",
+    "STYLE",
     "angles",
     "body_frame",
     "convergence",

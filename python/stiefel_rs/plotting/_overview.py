@@ -21,11 +21,13 @@ from ._samples import Array, Drawable, Samples, samples
 LARGE: Final = 60
 # More columns than this have no names.
 MAX_COLUMNS: Final = 12
-# Zero is transparent, so that the picture suits light and dark pages.
+# Zero is transparent, so that the picture suits light and dark pages; few shades make small files.
 SIGNED: Final = LinearSegmentedColormap.from_list(
     "stiefel_rs signed",
     [(0.0, to_rgba(BLUE)), (0.5, to_rgba(BLUE, 0.0)), (0.5, to_rgba(VERMILION, 0.0)), (1.0, to_rgba(VERMILION))],
+    N=33,
 )
+RESAMPLED: Final[dict[str, Any]] = {"interpolation": "antialiased", "interpolation_stage": "data"}
 # Few large entries would leave all others pale: beyond this share of them the colour stays.
 SHOWN_SHARE: Final = 0.99
 
@@ -142,7 +144,9 @@ def _draw_picture(found: Samples, ax: Axes) -> None:
     nearest = np.searchsorted(found.t, edges).clip(0, count - 1)
     largest = float(np.quantile(np.abs(rows), SHOWN_SHARE)) or 1.0
     extent = (found.t[0], found.t[-1], float(k * n), 0.0)
-    shown = ax.imshow(rows[:, nearest], aspect="auto", extent=extent, cmap=SIGNED, vmin=-largest, vmax=largest)
+    shown = ax.imshow(
+        rows[:, nearest], aspect="auto", extent=extent, cmap=SIGNED, vmin=-largest, vmax=largest, **RESAMPLED
+    )
     step = -(-k // MAX_COLUMNS)
     named = range(0, k, step)
     ax.set_yticks([(column + 0.5) * n for column in named], [f"column {column + 1}" for column in named])

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import InvalidInputError
 from ..figure_style import FONT_SIZE
-from ..palette import GREY, NEAR_GREY, PAPER
+from ..palette import BACKGROUND, GREY, NEAR_GREY
 from ..palette import GRID_GREY as FAR_GREY
 from ..sphere_lines import circle, grid_lines
 from ._axes import GRID_ID, KNOT_ID, MARKS, column_style, cycled, legend, line_style, spatial
@@ -69,7 +69,7 @@ class AxisName(Text3D):  # type: ignore[misc]
     """The name of an axis of space, beside the sphere as it is seen now: nothing that is drawn on it can be covered."""
 
     def __init__(self, axis: Array, text: str, **style: Any) -> None:
-        super().__init__(*(BESIDE * axis), text, **style)
+        super().__init__(*(BESIDE * axis), text, zdir=None, clip_on=False, **style)
         self.axis = axis
 
     def draw(self, renderer: RendererBase) -> None:
@@ -137,7 +137,13 @@ def _draw_path(ax: Axes3D, path: Array, knots: Array, style: dict[str, Any], mar
     near: dict[str, Any] = {"zorder": 4, "gid": PATH_ID} | style
     ax.add_line(HalfLine(path, near=False, **far))
     ax.add_line(HalfLine(path, near=True, **near))
-    marks = {"linestyle": "none", "marker": mark, "color": style["color"], "markerfacecolor": PAPER, "markersize": 4.5}
+    marks = {
+        "linestyle": "none",
+        "marker": mark,
+        "color": style["color"],
+        "markerfacecolor": BACKGROUND,
+        "markersize": 4.5,
+    }
     above = near["zorder"] + 1
     if len(knots):
         ax.add_line(HalfLine(knots, near=False, zorder=3, gid=KNOT_ID, alpha=FAR_ALPHA, **marks))

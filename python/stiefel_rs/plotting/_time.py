@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._core import Curve
 from ..errors import InvalidInputError
 from ..figure_style import GRID, PAGE
-from ..palette import CURVES, GREY, PAPER
+from ..palette import BACKGROUND, CURVES, GREY
 from ._axes import (
     GRID_ID,
     KNOT_ID,
@@ -94,7 +94,7 @@ def _entry_style(row: int, column: int, shape: tuple[int, int], style: dict[str,
 
 
 def _draw_knots(ax: Axes, t: Array, knots: Array, colour: Any) -> None:
-    marks: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4, "markerfacecolor": PAPER}
+    marks: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4, "markerfacecolor": BACKGROUND}
     ax.plot(t, knots, color=colour, gid=KNOT_ID, **marks)
 
 
@@ -126,7 +126,7 @@ def _draw_circle(ax: Axes, radius: float) -> None:
 def _mark(ax: Axes, points: Array, knots: Array, colour: Any, mark: str) -> None:
     """Knots as circles; where there are none, the start full and the end as a ring, as on the sphere."""
     full: dict[str, Any] = {"linestyle": "none", "marker": mark, "markersize": 4.5, "color": colour, "gid": KNOT_ID}
-    ring = full | {"markerfacecolor": PAPER}
+    ring = full | {"markerfacecolor": BACKGROUND}
     if len(knots):
         ax.plot(*knots.T, **ring)
     else:
