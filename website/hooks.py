@@ -151,12 +151,13 @@ def add_plotting(files: Files, config: MkDocsConfig) -> None:
 
 
 def fingerprint() -> str:
-    """A number for the examples, their data and the installed package."""
+    """A number for the examples, their data, the installed package and the style of its figures."""
     import stiefel_rs  # noqa: PLC0415
 
     digest = hashlib.sha256()
     package = Path(stiefel_rs.__file__).parent
-    for path in [*sorted(EXAMPLES.rglob("*.*")), *sorted(package.glob("*.so")), *sorted(package.glob("*.pyd"))]:
+    kinds = ("*.so", "*.pyd", "figure_*.py", "palette.py")
+    for path in [*sorted(EXAMPLES.rglob("*.*")), *(path for kind in kinds for path in sorted(package.glob(kind)))]:
         if path.is_file() and "__pycache__" not in path.parts:
             digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
