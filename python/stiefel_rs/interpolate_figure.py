@@ -55,7 +55,7 @@ def draw_norms(curve: Curve, t: Array, knots: Array, *, axes: tuple[Axes, Axes])
     M, S = Stiefel(curve.n, curve.k), curve(t)
     for ax, vectors, label, colour in (
         (axes[0], curve.velocity(t), "velocity", BLUE),
-        (axes[1], curve.acceleration(t), "covariant acceleration", VERMILION),
+        (axes[1], curve.acceleration(t), "covariant\nacceleration", VERMILION),
     ):
         ax.plot(t, M.norm(S, vectors), color=colour)
         ax.set_ylabel(label)
@@ -83,7 +83,8 @@ def figure(curve: Curve, t: Array, S: Array) -> Figure:
         else:
             left = made.add_subplot(grid[:, 0])
             draw_circle(points, knots, ax=left)
-        left.legend(loc="lower left" if spherical else "center", frameon=False)
+        below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.05), "ncols": curve.k}
+        left.legend(frameon=False, **(below if spherical else {"loc": "center"}))
     upper = made.add_subplot(grid[0, -1])
     lower = made.add_subplot(grid[1, -1], sharex=upper)
     draw_norms(curve, times, np.asarray(t, dtype=np.float64), axes=(upper, lower))

@@ -123,10 +123,17 @@ def test_the_legend_of_a_sphere_is_below_it(k):
     assert legend.y1 < left.transData.transform(np.column_stack(outline.get_data()))[:, 1].min()
 
 
-def test_a_legend_hides_lines_behind_it():
-    frame = plotting.plot(spline(4, 2)).get_legend().get_frame()
-    assert frame.get_visible()
-    assert frame.get_alpha() > 0.5
+@pytest.mark.parametrize("name", ["entries", "plane", "many", "norms"])
+def test_a_legend_covers_no_line(name):
+    draw, (n, k), _ = NAMES[name]
+    ax = draw(spline(n, k))
+    ax.figure.savefig(io.BytesIO())
+    legend = ax.get_legend().get_window_extent()
+    assert ax.figure.bbox.contains(legend.x0, legend.y0) and ax.figure.bbox.contains(legend.x1, legend.y1)
+    for line in ax.lines:
+        vertices = ax.transData.transform(line.get_xydata())
+        covered = (vertices > [legend.x0, legend.y0]) & (vertices < [legend.x1, legend.y1])
+        assert not covered.all(axis=1).any(), line.get_label()
 
 
 @pytest.mark.parametrize("k", [2, 3])

@@ -93,15 +93,16 @@ def column_style(column: int, columns: int, style: dict[str, Any], before: int) 
 
 
 def legend(ax: Axes, **where: Any) -> None:
-    """Make a small legend where more than one line has a name; its ground is light, so that no line crosses a word."""
+    """Make a small legend where several lines have names, beside what is drawn: above flat axes, below a sphere."""
     names = ax.get_legend_handles_labels()[1]
     if len(names) < 2:
         return
-    place: dict[str, Any] = {"ncols": 1 if len(names) < 4 else 2}
+    place: dict[str, Any] = {"ncols": 3 if len(max(names, key=len)) > 7 else 4, "loc": "lower center"}
+    place |= {"bbox_to_anchor": (0.5, 1.0), "columnspacing": 1.2}
     if isinstance(ax, Axes3D):
         # A sphere and its axes fill the square.
         place = {"ncols": len(names), "loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
-    look: dict[str, Any] = {"fontsize": SMALL_FONT, "labelcolor": INK, "edgecolor": GRID["color"], "framealpha": 0.75}
+    look: dict[str, Any] = {"fontsize": SMALL_FONT, "labelcolor": INK, "edgecolor": GRID["color"], "frameon": False}
     ax.legend(**(look | place | where))
 
 

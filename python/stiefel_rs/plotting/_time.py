@@ -33,6 +33,8 @@ from ._overview import LARGE, angles, overview
 from ._samples import Array, Drawable, column_of, samples
 from ._sphere import frame, sphere
 
+# Inside of circles nothing is drawn.
+INSIDE: Final[dict[str, Any]] = {"loc": "center", "bbox_to_anchor": (0.5, 0.5), "ncols": 1, "frameon": True}
 # More names than this do not fit into a legend.
 MAX_NAMES: Final = 12
 
@@ -113,7 +115,7 @@ def _circle(curve: Drawable, ax: Any, num: int, style: dict[str, Any]) -> Axes:
     axes.set(xlabel="first entry", ylabel="second entry", aspect="equal")
     axes.grid(**GRID)
     if ax is None:
-        legend(axes, loc="center")
+        legend(axes, **INSIDE)
     return axes
 
 
@@ -183,7 +185,7 @@ def spline(curve: Curve, *, ax: ArrayLike | None = None, num: int = 400) -> NDAr
         raise InvalidInputError(f"ax: three axes expected, found {len(axes)}")
     left = path(curve, axes[0], num, {})
     if ax is None:
-        legend(left, **({"loc": "center"} if curve.n == 2 else {}))
+        legend(left, **(INSIDE if curve.n == 2 else {}))
     for which in (1, 2):
         norms(curve, ax=axes[which], num=num, order=which, linestyle="-")
     return axes
