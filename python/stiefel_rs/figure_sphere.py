@@ -28,7 +28,7 @@ def draw_sphere(view: Array, *, ax: Axes3D) -> None:
     for name, axis in zip("₁₂₃", np.eye(3), strict=True):
         side = axis if axis @ view > -0.05 else -axis
         aside = side - (side @ view) * view
-        length = np.linalg.norm(aside)
+        length = float(np.linalg.norm(aside))
         if length > LEAST_SIDE:  # An axis that points at the reader has no side.
             ax.plot(*np.stack([side, 1.1 * side]).T, color=GREY, linewidth=0.9, zorder=2)
             label = f"x{name}" if side is axis else f"−x{name}"  # noqa: RUF001

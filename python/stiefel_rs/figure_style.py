@@ -13,22 +13,23 @@ from typing import Any, Final
 
 import matplotlib
 import numpy as np
+from cycler import cycler
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from . import palette
-from .figure_svg import DPI, write_svg
+from . import figure_svg, palette
 
 # Widths in inches of a column and of a page in print.
 COLUMN: Final = 3.4
 PAGE: Final = 7.0
+DPI: Final = figure_svg.DPI
 FONT_SIZE: Final = 9
 SMALL_FONT: Final = 8
 GRID: Final[dict[str, Any]] = {"visible": True, "which": "major", "color": palette.GRID_GREY, "linewidth": 0.6}
-SETTINGS: Final[dict[str, Any]] = {
+SETTINGS: Final[Any] = {
     "font.size": FONT_SIZE,
     "legend.fontsize": SMALL_FONT,
     "xtick.labelsize": SMALL_FONT,
@@ -39,7 +40,7 @@ SETTINGS: Final[dict[str, Any]] = {
     "lines.linewidth": 1.5,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "axes.prop_cycle": matplotlib.cycler(color=palette.CURVES),
+    "axes.prop_cycle": cycler(color=palette.CURVES),
 } | dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color"), palette.INK)
 
 
@@ -82,7 +83,7 @@ def log_axis(axis: Axis) -> None:
 def write(figure: Figure, path: Path) -> None:
     """Write a figure in the format of the file's name: SVG for light and dark pages, PNG at 200 dpi, PDF; no dates."""
     if path.suffix.lower() == ".svg":
-        write_svg(figure, path)
+        figure_svg.write_svg(figure, path)
     elif path.suffix.lower() == ".pdf":
         figure.savefig(path, metadata={"CreationDate": None})
     else:

@@ -6,7 +6,7 @@ import hashlib
 import io
 import re
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import matplotlib
 from matplotlib.figure import Figure
@@ -16,7 +16,7 @@ from .palette import DARK, INK
 # For what is drawn as pixels.
 DPI: Final = 200
 # Text stays text, in the first of these fonts that the reader has; Verdana has the widths of DejaVu Sans.
-SETTINGS: Final = {
+SETTINGS: Final[Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "stiefel-rs",
     "font.sans-serif": ["DejaVu Sans", "Verdana", "sans-serif"],

@@ -186,6 +186,11 @@ def test_the_legend_of_errors_covers_none(name):
     assert legend.y0 >= ax.get_window_extent().y0
 
 
+def test_errors_in_a_part_of_a_figure():
+    part = axes().figure.subfigures(1, 2)[0]
+    assert plotting.convergence([1, 2], [1, 0.5], ax=part.add_subplot()).get_legend()
+
+
 def test_new_axes_are_as_wide_as_a_column_or_a_page_in_print():
     makers = {
         3.4: (lambda: plotting.norms(spline(4, 1)), lambda: plotting.plot(spline(3, 2))),

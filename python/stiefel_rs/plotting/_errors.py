@@ -136,7 +136,7 @@ def _leave_room(ax: Axes, rows: int) -> None:
     """Let the axis of errors begin so far below them that a legend of so many rows covers none."""
     values = np.concatenate([np.asarray(line.get_ydata(), dtype=np.float64) for line in ax.lines])
     values = values[np.isfinite(values) & (values > 0)]
-    height = ax.get_position().height * ax.figure.get_size_inches()[1]
+    height = ax.get_window_extent().height / ax.figure.dpi
     share = min((rows + 0.5) * ROW / height, 0.6)
     if len(values):
         low, high = np.log10(values.min()), np.log10(values.max())

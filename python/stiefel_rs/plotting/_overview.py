@@ -100,15 +100,16 @@ def overview(curve: Drawable, *, ax: ArrayLike | None = None, num: int = 200, **
     InvalidInputError
         `curve` has no points, `num` does not suit it, `ax` are not so many axes, `style` is not that of a line.
     """
-    found, style, moving = samples(curve, num), line_style(style), isinstance(curve, Curve)
-    count = 4 if moving else 2
+    found, style = samples(curve, num), line_style(style)
+    count = 4 if isinstance(curve, Curve) else 2
     axes = _panels(count) if ax is None else np.array(ax, dtype=object).ravel()
     if axes.shape != (count,):
         raise InvalidInputError(f"ax: {count} axes expected, found {len(axes)}")
     _draw_angles(found, axes[0], style)
     _draw_picture(found, flat(axes[1]))
-    for which, below in enumerate(axes[2:], start=1):
-        norms(curve, ax=below, num=num, order=which, linestyle="-")
+    if isinstance(curve, Curve):
+        for which, below in enumerate(axes[2:], start=1):
+            norms(curve, ax=below, num=num, order=which, linestyle="-")
     if ax is None:
         _name(axes, found)
     return axes

@@ -39,4 +39,6 @@ def save(figure: Figure | Axes, path: str | os.PathLike[str]) -> None:
     place = Path(path)
     if place.suffix.lower() not in FORMATS:
         raise InvalidInputError(f"path: a name that ends in {', '.join(FORMATS)} expected, found {place.name!r}")
-    figure_style.write(found.figure, place)
+    # Of a part of a figure the whole.
+    whole: Any = found.figure
+    figure_style.write(whole, place)

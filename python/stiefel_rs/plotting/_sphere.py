@@ -76,7 +76,7 @@ class AxisName(Text3D):  # type: ignore[misc]
         """Draw the name where the axis points to; an axis that points at the reader has no side."""
         view = viewpoint(self.axes)
         aside = self.axis - (self.axis @ view) * view
-        length = np.linalg.norm(aside)
+        length = float(np.linalg.norm(aside))
         self.set_alpha(1.0 if length > LEAST_SIDE else 0.0)
         self.set_position_3d(BESIDE * aside / max(length, LEAST_SIDE))
         super().draw(renderer)
