@@ -15,8 +15,9 @@ from scipy.interpolate import CubicSpline, make_interp_spline, make_smoothing_sp
 from scipy.spatial import transform
 from scipy.spatial.transform import Rotation, Slerp
 
-from figures import BLACK, BLUE, GREEN, SKY, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from stiefel_rs import PoseSpline, read_tum
+from stiefel_rs.palette import BLUE, GREEN, INK, ORANGE, VERMILION
 
 Array = NDArray[np.float64]
 Poses = tuple[Rotation, Array]
@@ -35,7 +36,7 @@ STYLES: Final[dict[str, dict[str, Any]]] = {
     OURS: {"color": BLUE, "linestyle": "-", "marker": "o"},
     SCIPY: {"color": VERMILION, "linestyle": "--", "marker": "x"},
     B_SPLINE: {"color": GREEN, "linestyle": "-.", "marker": "+"},
-    SLERP: {"color": BLACK, "linestyle": ":", "marker": "s", "markersize": 4},
+    SLERP: {"color": INK, "linestyle": ":", "marker": "s", "markersize": 4},
 }
 
 
@@ -105,23 +106,23 @@ def accelerations(curve: Any, t: Array) -> tuple[float, float]:
 
 def draw(out: Path, table: dict[int, Any], near: dict[str, Any]) -> None:
     """Errors relative to ours against the time between keyframes, and angular velocities through and near the noise."""
-    figure = new_figure(width=11.0, height=4.2)
+    figure = new_figure(3.3)
     axes = figure.subplots(1, 3, width_ratios=[1, 1, 1.2])
     times = np.array(list(table)) / RATE
     for i, (ax, name) in enumerate(zip(axes[:2], ("rotation", "position"), strict=True)):
         for label, style in STYLES.items():
             ax.plot(times, [row[label][i] / row[OURS][i] for row in table.values()], label=label, **style)
-        ax.set(xscale="log", xlabel="time between keyframes (s)", title=f"error of the {name} / that of PoseSpline")
+        ax.set(xscale="log", xlabel="time between keyframes (s)", title=f"error of the {name}")
         ax.set_xticks(times, [f"{time:g}" for time in times])
         ax.minorticks_off()
-    axes[0].set_ylim(0.9, 1.24)
-    axes[0].legend(loc="upper left", fontsize=8)
+    axes[0].set_ylabel("error / error of PoseSpline")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=2, columnspacing=1)
     t = np.linspace(4, 5, 500)
-    for label, color, width in ((OURS, SKY, 1.2), (SMOOTHED, BLUE, 2.0)):
+    for label, color, width in ((OURS, BLUE, 0.9), (SMOOTHED, ORANGE, 2.0)):
         rate = np.degrees(near[label].angular_velocity(t)[:, 0])
         axes[2].plot(t, rate, color=color, linewidth=width, label=label)
-    axes[2].set(xlabel="time (s)", title="body rate about the first axis (degrees/s)")
-    axes[2].legend(loc="upper left", fontsize=8)
+    axes[2].set(xlabel="time (s)", ylabel="body rate, first axis (degrees/s)")
+    figure.legend(*axes[2].get_legend_handles_labels(), loc="outside upper right")
     save(figure, out)
 
 

@@ -49,21 +49,28 @@ Each section is a script of [examples/](../examples), shorter than 150 lines. To
 
 ## A satellite turns through keyframes
 
-![Left: azimuth and elevation of the body's first axis along three curves through seven keyframes. Right: lengths of
-angular velocity and angular acceleration](figures/gallery/attitude.png)
+![Left: azimuth and elevation of the body's first axis along three curves through six keyframes. Right: lengths of
+angular velocity and angular acceleration. Below: the axes of the body along two of the
+curves](figures/gallery/attitude.svg)
 
-[attitude.py](../examples/attitude.py) joins seven orientations in 50 s by `CubicSpline`, as points of St(3,3), by
-SciPy's `RotationSpline`, and by slerp. The natural Riemannian spline makes the integral of the squared angular
-acceleration stationary: the torque that a round body needs. It takes {cost:.2f}e-3 rad²/s³, `RotationSpline`
-{cost_rotation_spline:.2f}e-3, {more:.0f} % more. The angular acceleration of both is continuous; that of the natural
-spline is zero at the ends. Its largest is {largest_acceleration:.2f} degrees/s², of `RotationSpline`
-{largest_acceleration_rotation_spline:.2f}. The two are up to {farthest_apart:.1f} degrees apart. Slerp's angular
-velocity jumps, at one keyframe by {jump_of_slerp_velocity:.1f} degrees/s, which no finite torque does.
+[attitude.py](../examples/attitude.py) joins six orientations in 230 s: two pairs of targets 12 s apart, between slews
+of more than a minute with turns of up to {largest_turn:.0f} degrees. The curves are `CubicSpline`, with the
+orientations as points of St(3,3), SciPy's `RotationSpline`, and slerp. The natural Riemannian spline makes the
+integral of the squared angular acceleration stationary: the torque that a round body needs. Its cost is {cost:.2f}e-3
+rad²/s³, `RotationSpline` has {cost_rotation_spline:.2f}e-3, {more:.0f} % more. The angular acceleration of both is
+continuous; that of the natural spline is zero at the ends. Its largest value is {largest_acceleration:.2f}
+degrees/s², with `RotationSpline` {largest_acceleration_rotation_spline:.2f}. The two curves are up to
+{farthest_apart:.0f} degrees apart. Slerp's angular velocity jumps, at one keyframe by {jump_of_slerp_velocity:.1f}
+degrees/s, which no finite torque does.
+
+These keyframes were chosen so that the curves differ. Through seven keyframes at nearly even times and with turns of
+40 to 65 degrees, also in the script, they are {even_apart:.1f} degrees apart at most, and the costs differ by
+{even_more:.0f} %.
 
 ## Keyframes at uneven times
 
 ![Angular velocity and angular acceleration against time: SciPy's curve slows down from 140 to 20 degrees/s and
-speeds up again between two keyframes, the other speeds up once](figures/gallery/uneven_keyframes.png)
+speeds up again between two keyframes, the other speeds up once](figures/gallery/uneven_keyframes.svg)
 
 [uneven_keyframes.py](../examples/uneven_keyframes.py) turns a pan/tilt camera through six directions, at times 0.3 s to
 3 s apart, with turns of up to {uneven[largest_turn]:.0f} degrees. Between 2.5 s and 4.5 s SciPy's `RotationSpline`
@@ -91,7 +98,7 @@ spline has the lower cost in {uneven[random_cost_lower]} sets and the lower larg
 ## A camera moved by hand
 
 ![Left and middle: errors of rotations and positions of four curves relative to those of PoseSpline, against the
-time between keyframes. Right: the body rate of interpolated and of smoothed poses](figures/gallery/camera_path.png)
+time between keyframes. Right: the body rate of interpolated and of smoothed poses](figures/gallery/camera_path.svg)
 
 [camera_path.py](../examples/camera_path.py) reads {camera[seconds]:.0f} s of a [recorded camera
 path](../examples/data/README.md) (CC BY 4.0), {camera[poses]} poses in a TUM file. It keeps every m-th pose and
@@ -115,7 +122,7 @@ splines of the quaternion components have larger rotation errors in both cases.
 ## A target kept in view
 
 ![Left: the angle between the camera's axis and the target against time, for two curves. Right: their angular
-accelerations, the largest of one a quarter of that of the other](figures/gallery/target_in_view.png)
+accelerations, the largest of one a quarter of that of the other](figures/gallery/target_in_view.svg)
 
 [target_in_view.py](../examples/target_in_view.py) flies a camera along a straight line past a target. With keyframes
 that point at the target, a `RotationSpline` through 13 of them follows it to {target[pointing][off]:.1f} degrees, and
@@ -129,7 +136,7 @@ largest angle is {target[optimised][off]:.2f} degrees.
 ## Rates and orientations fitted together
 
 ![Left: one component of the body rate, true, of a spline through the measured orientations, and fitted. Right: the
-misfit of the measurements of each step, falling from 45 to 2](figures/gallery/gyro_fit.png)
+misfit of the measurements of each step, falling from 45 to 2](figures/gallery/gyro_fit.svg)
 
 [gyro_fit.py](../examples/gyro_fit.py) uses 20 s of simulated measurements: a gyro at 50 Hz with a bias, and
 orientations every half second with an error of {gyro[measured]:.1f} degrees. Adam (optax) fits the 41 keyframes of a
@@ -140,7 +147,7 @@ orientations, {gyro[through]:.1f}. The bias has an error of {gyro[bias_percent]:
 ## A reduced model
 
 ![Left: temperatures for three positions of the interface. Right: errors of the reduced models against the position of
-the interface](figures/gallery/reduced_order_model.png)
+the interface](figures/gallery/reduced_order_model.svg)
 
 [reduced_order_model.py](../examples/reduced_order_model.py) solves the heat equation on 2000 points for five positions
 of the interface between two materials. The six dominant POD modes of each solution are a point of St(2000,6). Modes for
@@ -157,7 +164,7 @@ positions).
 ## Subspaces for a reduced model
 
 ![Errors of reduced models against the direction of the wind, by ways to have modes in between: left in a quarter of a
-circle, right in a full circle](figures/gallery/reduced_model.png)
+circle, right in a full circle](figures/gallery/reduced_model.svg)
 
 [reduced_model.py](../examples/reduced_model.py) models a plume in wind, from a source in the middle of a square, on
 1600 points. The parameter is the direction of the wind. Six POD modes are computed for 7 directions in a quarter of a
@@ -195,7 +202,7 @@ interpolates linearly in two or more parameters; a dummy second parameter was ad
 ## A plane that moves
 
 ![Left: three entries of a basis of the plane: of noisy windows, smoothed, and true. Right: angle to the true
-plane](figures/gallery/moving_subspace.png)
+plane](figures/gallery/moving_subspace.svg)
 
 [moving_subspace.py](../examples/moving_subspace.py) simulates 24 noisy sensors whose signals stay near a plane that
 turns by up to {turned:.0f} degrees in a minute. The two largest principal components of windows of one second estimate
@@ -207,7 +214,7 @@ generalised cross-validation of the data.
 ## A grand tour of the penguins
 
 ![Eight pictures of the penguins along the tour, and the share of the variance that is between the
-species](figures/gallery/grand_tour.png)
+species](figures/gallery/grand_tour.svg)
 
 [grand_tour.py](../examples/grand_tour.py) shows six measurements (bill length and depth, flipper length, mass, two
 isotope ratios) of {rows} penguins, from the [data of the palmerpenguins package](../examples/data/README.md) (CC0), in
@@ -219,7 +226,7 @@ projections is smooth. At t = {best_separation_time:.1f} the projection separate
 ## A path through quantum gates
 
 ![Above: Pauli components of the Hamiltonians of four paths through six two-qubit gates. Below: their slew
-rates](figures/gallery/quantum_gates.png)
+rates](figures/gallery/quantum_gates.svg)
 
 [quantum_gates.py](../examples/quantum_gates.py) interpolates the gates I, CNOT, CZ, iSWAP, SWAP and controlled
 Hadamard, points of U(4) at times 0 to 5. Global phases are chosen so that the geodesic from the previous gate is
@@ -362,7 +369,9 @@ def page(numbers: dict[str, dict[str, Any]]) -> str:
     values |= camera_values(numbers["camera_path"])
     costs = numbers["attitude"]["cost"], numbers["attitude"]["cost_rotation_spline"]
     more = 100 * (costs[1] / costs[0] - 1)
+    even = numbers["attitude"]["even_cost"], numbers["attitude"]["even_cost_rotation_spline"]
     values |= {"cost": 1e3 * costs[0], "cost_rotation_spline": 1e3 * costs[1], "more": more}
+    values |= {"even_more": 100 * (even[1] / even[0] - 1)}
     values |= heat_values(numbers["reduced_order_model"])
     values |= plume_values(numbers["reduced_model"]) | gates_values(numbers["quantum_gates"])
     return wrapped(TEXT.format(**values))
@@ -378,7 +387,7 @@ def run_all(figures: Path) -> dict[str, dict[str, Any]]:
     """Numbers of all examples, run in parallel; a line is printed after each."""
     numbers = {}
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        running = {pool.submit(timed, name, figures / f"{name}.png"): name for name in EXAMPLES}
+        running = {pool.submit(timed, name, figures / f"{name}.svg"): name for name in EXAMPLES}
         for done in as_completed(running):
             numbers[running[done]], seconds = done.result()
             print(f"{len(numbers)} of {len(EXAMPLES)}: {running[done]}, {seconds:.0f} s", flush=True)

@@ -13,17 +13,21 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from figures import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, command_line, nearest_turn, new_figure, save
+from figures import command_line, nearest_turn, new_figure, save
 from stiefel_rs import CubicSpline, Geodesic, Stiefel
+from stiefel_rs.palette import BACKGROUND, BLUE, GREEN, GRID_GREY, INK, ORANGE, PURPLE, VERMILION
 
 Array = NDArray[np.float64]
 # Gorman, Williams, Fraser (2014), PLoS ONE 9(3): e90081, the palmerpenguins package; CC0. See data/README.md.
 DATA = Path(__file__).resolve().parent / "data" / "penguins.csv"
-NAMES = ("bill length", "bill depth", "flipper", "mass", "δ¹⁵N", "δ¹³C")
-SPECIES = {"Adelie": (ORANGE, "o"), "Chinstrap": (PURPLE, "^"), "Gentoo": (GREEN, "s")}
+NAMES = {"L": "bill length", "D": "bill depth", "F": "flipper length", "M": "mass", "N": "δ¹⁵N", "C": "δ¹³C"}
+SPECIES = {"Adelie": (VERMILION, "o"), "Chinstrap": (PURPLE, "^"), "Gentoo": (GREEN, "s")}
 SEED = 11
+# Farther out than all penguins in all pictures.
+RING = 4.9
 FRAMES = 7
 PANELS = 8
 
@@ -85,42 +89,45 @@ def spread(Y: Array, species: list[str]) -> float:
 
 
 def picture(ax: Axes, P: Array, data: tuple[Array, list[str]]) -> None:
-    """The penguins in one projection, and the axes of the measurements in it."""
+    """The penguins in one projection, the axes of the measurements in it, and around it the letters of the axes."""
     Y, labels = data[0] @ P, np.array(data[1])
     for name, (colour, marker) in SPECIES.items():
-        ax.scatter(*Y[labels == name].T, s=7, c=colour, marker=marker, alpha=0.6, linewidths=0, label=name)
+        style = {"markersize": 2.2, "alpha": 0.6, "markeredgewidth": 0.0, "rasterized": True}
+        ax.plot(*Y[labels == name].T, marker, color=colour, label=name, **style)
     named: list[Array] = []
     for i in np.argsort(-np.linalg.norm(P, axis=1)):
-        end = 2.8 * P[i]
-        ax.plot([0, end[0]], [0, end[1]], color=BLACK, linewidth=0.8)
-        place = end * (1 + 0.45 / np.hypot(*end))
-        # Longest first; a name that would lie on another is left out.
-        if np.hypot(*end) > 1.2 and all(abs(place - other)[1] > 0.45 or abs(place - other)[0] > 1.5 for other in named):
-            ax.text(*place, NAMES[i], ha="center", va="center", fontsize=7)
+        ax.plot(*np.stack([0 * P[i], 2.8 * P[i]]).T, color=INK, linewidth=0.8)
+        place = RING * P[i] / np.linalg.norm(P[i])
+        # Longest first; a letter that would lie on another is left out.
+        if np.linalg.norm(P[i]) > 0.4 and all(np.linalg.norm(place - other) > 0.8 for other in named):
+            ax.text(*place, list(NAMES)[i], ha="center", va="center_baseline", fontsize=8)
             named.append(place)
-    ax.set(xlim=(-3.9, 3.9), ylim=(-3.9, 3.9), aspect="equal", xticks=[], yticks=[])
-    ax.grid(visible=False)
+    ax.add_patch(Circle((0, 0), RING - 0.5, fill=False, color=GRID_GREY, linewidth=0.6))
+    ax.set(xlim=(-RING - 0.4, RING + 0.4), ylim=(-RING - 0.4, RING + 0.4), aspect="equal", xticks=[], yticks=[])
+    ax.set_axis_off()
 
 
 def draw(out: Path, tour: CubicSpline, data: tuple[Array, list[str]], times: Array, shares: Any) -> None:
     """Projections along the tour; below them, how well each separates the species."""
     columns = len(times) // 2
-    figure = new_figure(10.0, 7.2)
-    grid = figure.add_gridspec(3, columns, height_ratios=[1, 1, 0.5])
+    figure = new_figure(5.4)
+    grid = figure.add_gridspec(3, columns, height_ratios=[1, 1, 0.55])
     for i, time in enumerate(times):
         ax = figure.add_subplot(grid[i // columns, i % columns])
         picture(ax, tour(time), data)
         ax.set_title(f"t = {time:.1f}")
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3, markerscale=2)
+    letters = ", ".join(f"{letter} {name}" for letter, name in NAMES.items())
+    names = ax.get_legend_handles_labels()
+    figure.legend(*names, loc="outside upper center", ncols=3, markerscale=2, title=f"axes: {letters}")
     lower = figure.add_subplot(grid[2, :])
-    lower.plot(*shares, color=BLUE, label="share of the variance that is between species")
-    lower.plot(times, np.interp(times, *shares), "o", color=BLUE, markerfacecolor="white", label="pictures above")
+    lower.plot(*shares, color=BLUE)
+    lower.plot(times, np.interp(times, *shares), "o", color=BLUE, markerfacecolor=BACKGROUND, label="pictures above")
     for i, time in enumerate(tour.t):
-        lower.axvline(time, color=VERMILION, linewidth=0.9, linestyle="--", label=None if i else "random projections")
+        lower.axvline(time, color=ORANGE, linewidth=0.9, zorder=0, label=None if i else "random projections")
     lower.set(
-        xlabel="time t (canonical distance along shortest curves)", ylabel="share", ylim=(0, 1.2), yticks=[0, 0.5, 1]
+        xlabel="time t (canonical distance along shortest curves)", ylabel="variance\nbetween species", ylim=(0, 1)
     )
-    lower.legend(loc="upper center", ncols=3)
+    lower.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     save(figure, out)
 
 

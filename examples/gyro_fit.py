@@ -16,9 +16,10 @@ import optax
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from figures import BLACK, BLUE, ORANGE, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from stiefel_rs import RotationSpline
 from stiefel_rs.jax import rotation_spline
+from stiefel_rs.palette import BLUE, INK, VERMILION
 
 Array = NDArray[np.float64]
 # In s, rad and rad/s: a gyro at 50 Hz, orientations every half second.
@@ -123,16 +124,17 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
 
 def draw(out: Path, t: Array, curves: dict[str, RotationSpline], losses: list[float]) -> None:
     """One component of the rate, and the misfit of each step."""
-    figure = new_figure(height=4.2)
+    figure = new_figure()
     left, right = figure.subplots(1, 2)
-    styles = [{"color": BLACK, "linewidth": 2.5}, {"color": VERMILION, "linestyle": ":"}, {"color": BLUE}]
+    styles = [{"color": INK, "linewidth": 2.5}, {"color": VERMILION, "linestyle": ":"}, {"color": BLUE}]
     for (name, curve), style in zip(curves.items(), styles, strict=True):
         left.plot(t, np.asarray(curve(t, 1))[:, 2], label=name, **style)
     left.set(xlabel="time (s)", ylabel="third component of the body rate (rad/s)", xlim=(0, 10))
-    left.set_ylim(top=1.5 * left.get_ylim()[1])
-    left.legend(loc="upper left")
-    right.semilogy(losses, color=ORANGE, linewidth=1.0)
-    right.set(xlabel="step", ylabel="misfit of the measurements of a step")
+    figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    right.semilogy(losses, color=BLUE, linewidth=0.8)
+    right.set(xlabel="step", ylabel="misfit of the measurements of a step", ylim=(1, 100), yticks=[1, 10, 100])
+    right.set_yticks([2, 5, 20, 50], ["2", "5", "20", "50"], minor=True)
+    right.set_yticklabels(["1", "10", "100"])
     save(figure, out)
 
 

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from scipy.spatial import transform
 
 import uneven_keyframes
-from figures import BLUE, FIGURES, ORANGE, VERMILION
+from figures import FIGURES
 from stiefel_rs import RotationSpline
+from stiefel_rs.palette import BLUE, BODY_AXES, DARK, GREY, GRID_GREY, INK, ORANGE, VERMILION
 
 Array = NDArray[np.float64]
 FRAMES = 157
@@ -22,15 +23,17 @@ RADIUS = 105.0
 AZIMUTH, ELEVATION = np.radians([-35.0, 25.0])
 PLOT = (600.0, 55.0, 350.0, 210.0)
 TOP_RATE = 190.0
-# Corners of the camera's picture, one length in front of it.
+# Lengths of the axes of the body: the first ends in the picture.
+LENGTHS = np.array([1 / np.sqrt(1.16), 0.45, 0.45])
+# Corners of the camera's picture, in front of it.
 CORNERS = np.array([[1, 0.32, 0.24], [1, -0.32, 0.24], [1, -0.32, -0.24], [1, 0.32, -0.24]]) / np.sqrt(1.16)
-STYLE = """
-  text { font: 15px system-ui, sans-serif; fill: #24292f } .small { font-size: 12px; fill: #57606a }
-  .grid { stroke: #d0d7de } .ball { fill: #f6f8fa; stroke: #d0d7de } .now { stroke: #57606a }
-  @media (prefers-color-scheme: dark) {
-    text { fill: #e6edf3 } .small { fill: #9198a1 } .grid { stroke: #3d444d } .now { stroke: #9198a1 }
-    .ball { fill: #151b23; stroke: #3d444d } }
-"""
+STYLE = "<style>text { font: 15px system-ui, sans-serif } .small { font-size: 12px }</style>"
+
+
+def dark_style() -> str:
+    """Style sheet that replaces the palette on dark pages."""
+    rules = [f'[{what}="{a}"]{{{what}:{b}}}' for a, b in DARK.items() for what in ("fill", "stroke")]
+    return f"<style>@media (prefers-color-scheme:dark){{{''.join(rules)}}}</style>"
 
 
 def projected(points: Array, centre: tuple[float, float]) -> Array:
@@ -45,32 +48,42 @@ def joined(points: Array) -> str:
     return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
 
 
+def title(text: str, x: float, y: float) -> str:
+    """A title in the middle above a part of the picture."""
+    return f'<text fill="{INK}" x="{x}" y="{y}" text-anchor="middle">{text}</text>'
+
+
+def note(text: str, x: float, y: float, anchor: str = "middle") -> str:
+    """Small text."""
+    return f'<text class="small" fill="{GREY}" x="{x}" y="{y:.0f}" text-anchor="{anchor}">{text}</text>'
+
+
 def animated(attribute: str, values: Sequence[str], seconds: float) -> str:
     """An attribute that takes values at equal times, again and again."""
     line = ";".join(values)
     return f'<animate attributeName="{attribute}" dur="{seconds}s" repeatCount="indefinite" values="{line}"/>'
 
 
-def camera(matrices: Array, colour: str, centre: tuple[float, float], title: str, seconds: float) -> str:
-    """A camera that turns: its axis, its picture, the way of its axis, and the keyframes."""
+def camera(matrices: Array, colour: str, centre: tuple[float, float], name: str, seconds: float) -> str:
+    """A camera that turns: its axes in red, green and blue, its picture, the way of its first axis, the keyframes."""
     corners = projected(np.einsum("tij,cj->tci", matrices, CORNERS), centre)
     way = projected(matrices[:, :, 0], centre)
     keyframes = projected(uneven_keyframes.rotations(uneven_keyframes.ANGLES).as_matrix()[:, :, 0], centre)
     (x, y), parts = centre, []
-    parts.append(f'<circle class="ball" cx="{x}" cy="{y}" r="{RADIUS}"/>')
+    parts.append(f'<circle cx="{x}" cy="{y}" r="{RADIUS}" fill="none" stroke="{GREY}"/>')
     parts.append(f'<polyline points="{joined(way)}" fill="none" stroke="{colour}" stroke-width="1.5" opacity=".55"/>')
     parts += [f'<circle cx="{p:.0f}" cy="{q:.0f}" r="4" fill="{ORANGE}"/>' for p, q in keyframes]
-    for corner in range(len(CORNERS)):
-        values = [f"M{x},{y}L{frame[corner][0]:.0f},{frame[corner][1]:.0f}" for frame in corners]
-        parts.append(
-            f'<path d="{values[0]}" stroke="{colour}" stroke-width="2">{animated("d", values, seconds)}</path>'
-        )
     values = [joined(frame) for frame in corners]
     parts.append(
         f'<polygon points="{values[0]}" fill="{colour}" fill-opacity=".35" stroke="{colour}" stroke-width="2">'
         f"{animated('points', values, seconds)}</polygon>"
     )
-    return "".join(parts) + f'<text x="{x}" y="{y - RADIUS - 18}" text-anchor="middle">{title}</text>'
+    tips = projected(np.swapaxes(matrices * LENGTHS, 1, 2), centre)
+    for axis, shade in enumerate(BODY_AXES):
+        values = [f"M{x},{y}L{frame[axis][0]:.0f},{frame[axis][1]:.0f}" for frame in tips]
+        moves = animated("d", values, seconds)
+        parts.append(f'<path d="{values[0]}" stroke="{shade}" stroke-width="3">{moves}</path>')
+    return "".join(parts) + title(name, x, y - RADIUS - 18)
 
 
 def rates(t: Array, curves: dict[str, tuple[Any, str]], seconds: float) -> str:
@@ -78,29 +91,22 @@ def rates(t: Array, curves: dict[str, tuple[Any, str]], seconds: float) -> str:
     left, top, width, height = PLOT
     across = left + width * (t - t[0]) / (t[-1] - t[0])
     ticks = [top + height * (1 - rate / TOP_RATE) for rate in (0, 50, 100, 150)]
-    parts = [f'<line class="grid" x1="{left}" x2="{left + width}" y1="{y:.0f}" y2="{y:.0f}"/>' for y in ticks]
-    labels = zip((0, 50, 100, 150), ticks, strict=True)
-    parts += [
-        f'<text class="small" x="{left - 6}" y="{y + 4:.0f}" text-anchor="end">{rate}</text>' for rate, y in labels
-    ]
-    parts.append(
-        f'<text x="{left + width / 2}" y="{top - 18}" text-anchor="middle">angular velocity (degrees/s)</text>'
-    )
+    level = f'<line stroke="{GRID_GREY}" x1="{left}" x2="{left + width}"'
+    parts = [f'{level} y1="{y:.0f}" y2="{y:.0f}"/>' for y in ticks]
+    parts += [note(str(rate), left - 6, y + 4, "end") for rate, y in zip((0, 50, 100, 150), ticks, strict=True)]
+    parts.append(title("angular velocity (degrees/s)", left + width / 2, top - 18))
     for time in uneven_keyframes.TIMES:
         x = left + width * (time - t[0]) / (t[-1] - t[0])
         parts.append(f'<circle cx="{x:.0f}" cy="{top + height}" r="4" fill="{ORANGE}"/>')
     values = [f"{x:.1f}" for x in across]
     moves = animated("x1", values, seconds) + animated("x2", values, seconds)
-    parts.append(f'<line class="now" x1="{left}" x2="{left}" y1="{top}" y2="{top + height}">{moves}</line>')
+    parts.append(f'<line stroke="{GREY}" x1="{left}" x2="{left}" y1="{top}" y2="{top + height}">{moves}</line>')
     for curve, colour in curves.values():
         line = np.stack([across, top + height * (1 - uneven_keyframes.lengths(curve, t, 1) / TOP_RATE)], axis=-1)
         dot = animated("cx", values, seconds) + animated("cy", [f"{y:.1f}" for y in line[:, 1]], seconds)
         parts.append(f'<polyline points="{joined(line)}" fill="none" stroke="{colour}" stroke-width="2.5"/>')
         parts.append(f'<circle r="5" fill="{colour}" cx="{line[0, 0]:.0f}" cy="{line[0, 1]:.0f}">{dot}</circle>')
-    keyframes = "keyframes, 0.3 s to 3 s apart"
-    parts.append(
-        f'<text class="small" x="{left + width / 2}" y="{top + height + 24}" text-anchor="middle">{keyframes}</text>'
-    )
+    parts.append(note("keyframes, 0.3 s to 3 s apart", left + width / 2, top + height + 24))
     return "".join(parts)
 
 
@@ -115,10 +121,9 @@ def main(out: Path) -> None:
     body = camera(ours(t).as_matrix(), BLUE, (130.0, 165.0), titles[0], seconds)
     body += camera(theirs(t).as_matrix(), VERMILION, (395.0, 165.0), titles[1], seconds)
     body += rates(t, {"ours": (ours, BLUE), "theirs": (theirs, VERMILION)}, seconds)
-    note = "cost: integral of the squared angular acceleration, rad²/s³"
-    body += f'<text class="small" x="262" y="303" text-anchor="middle">{note}</text>'
+    body += note("cost: integral of the squared angular acceleration, rad²/s³", 262, 303)
     head = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 970 315" role="img">'
-    out.write_text(f"{head}<style>{STYLE}</style>{body}</svg>\n", encoding="utf-8")
+    out.write_text(f"{head}{STYLE}{dark_style()}{body}</svg>\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

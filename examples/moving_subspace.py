@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from figures import BLACK, BLUE, ORANGE, SKY, VERMILION, command_line, nearest_turn, new_figure, save
+from figures import command_line, nearest_turn, new_figure, save
 from stiefel_rs import SmoothingSpline, Stiefel, skew_exp
+from stiefel_rs.palette import BLUE, GREEN, INK, SKY, VERMILION
 
 Array = NDArray[np.float64]
 SEED = 7
@@ -87,19 +88,18 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
 
 def draw(out: Path, times: tuple[Array, Array], entries: Any, errors: list[Array], numbers: dict[str, Any]) -> None:
     """Some entries of the basis, and the angle to the true plane."""
-    figure = new_figure()
+    figure = new_figure(3.6)
     grid = figure.add_gridspec(1, 2)
     left, right = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
     middle, dense = times
     exact, noisy, smooth = entries
     shown = np.argsort(-np.ptp(exact[:, :, 0], axis=0))[:3]
-    for i, (sensor, colour) in enumerate(zip(shown, (BLUE, VERMILION, ORANGE), strict=True)):
+    for i, (sensor, colour) in enumerate(zip(shown, (BLUE, VERMILION, GREEN), strict=True)):
         left.plot(middle, noisy[:, sensor, 0], ".", color=colour, markersize=4, alpha=0.6)
-        left.plot(middle, exact[:, sensor, 0], "--", color=BLACK, linewidth=1, label=None if i else "truth")
-        left.plot(dense, smooth[:, sensor, 0], color=colour, label=f"sensor {sensor}: windows, spline")
-    left.set(xlabel="time (s)", ylabel="entry of the plane's first basis vector")
-    left.legend(loc="upper center", ncols=2)
-    left.set_ylim(top=1.35 * np.abs(exact[:, shown, 0]).max())
+        left.plot(middle, exact[:, sensor, 0], "--", color=INK, linewidth=1, label=None if i else "truth")
+        left.plot(dense, smooth[:, sensor, 0], color=colour, label=f"sensor {sensor}")
+    left.set(xlabel="time (s)", ylabel="entry of the plane's first basis vector\n(dots: windows, lines: spline)")
+    left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     labels = (
         f"windows of {WINDOW:g} s: rms {numbers['rms_one_window']:.1f}°",
         f"best longer windows, {numbers['best_length']} s: rms {numbers['rms_best_length']:.1f}°",
@@ -108,9 +108,8 @@ def draw(out: Path, times: tuple[Array, Array], entries: Any, errors: list[Array
     styles = ({"color": SKY, "linestyle": ":"}, {"color": VERMILION, "linestyle": "--"}, {"color": BLUE})
     for error, label, style in zip(errors, labels, styles, strict=True):
         right.plot(middle, error, label=label, **style)
-    top = 1.3 * max(error.max() for error in errors)
-    right.set(xlabel="time (s)", ylabel="angle to the true plane (degrees)", ylim=(0, top))
-    right.legend(loc="upper center")
+    right.set(xlabel="time (s)", ylabel="angle to the true plane (degrees)", ylim=(0, None))
+    right.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0))
     save(figure, out)
 
 

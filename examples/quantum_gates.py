@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from figures import BLACK, BLUE, GREEN, ORANGE, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from hamiltonians import Array, Geodesics, Spline, nearest_phase
+from stiefel_rs.palette import BLUE, GREEN, INK, PURPLE, VERMILION
 
 GEODESICS, STOPPING = "geodesics", "geodesics with stops"
 NATURAL, CLAMPED = "natural spline", "clamped spline"
-COLOURS = {GEODESICS: VERMILION, STOPPING: ORANGE, NATURAL: GREEN, CLAMPED: BLUE}
+COLOURS = {GEODESICS: VERMILION, STOPPING: PURPLE, NATURAL: GREEN, CLAMPED: BLUE}
 R = np.sqrt(0.5)
 GATES = {
     "I": np.eye(4),
@@ -119,20 +120,20 @@ def pauli_components(H: Array) -> Array:
 
 def draw(out: Path, curves: dict[str, Any]) -> None:
     """Pauli components of the Hamiltonians, and their slew rates."""
-    figure = new_figure(height=5.4)
+    figure = new_figure(4.2)
     axes = figure.subplots(2, len(curves), sharex=True, sharey="row")
     t = dense()
     for column, (name, H) in zip(axes.T, curves.items(), strict=True):
-        column[0].plot(t, pauli_components(H(t)), color=COLOURS[name], linewidth=1.2)
+        column[0].plot(t, pauli_components(H(t)), color=COLOURS[name], linewidth=0.9)
         column[1].plot(t, np.linalg.norm(H.rate(t), axis=(1, 2)), color=COLOURS[name])
         column[0].set_title(name)
         for ax in column:
             ax.set(xlim=(TIMES[0], TIMES[-1]), xticks=TIMES)
-        column[1].set_xticklabels(list(GATES), rotation=45)
+        column[1].set_xticklabels(list(GATES), rotation=90)
         if name == GEODESICS:
             for time in TIMES:
                 column[1].annotate("", (time, 12), (time, 0), arrowprops={"arrowstyle": "->", "color": COLOURS[name]})
-            column[1].text(0.2, 13, "H jumps at the gates", color=BLACK)
+            column[1].text(0.1, 12.6, "H jumps at the gates", color=INK)
     axes[0, 0].set_ylabel("Pauli components of H")
     axes[1, 0].set_ylabel("slew rate |dH/dt|")
     save(figure, out)

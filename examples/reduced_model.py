@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from figures import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from plume import PERIOD, WINDS, Array, between, computed, modes, reduced, relative_error, solve
+from stiefel_rs.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
 from subspace_curves import ENDS, GEODESICS, LOCAL, MEAN, NEAREST, SPLINE, TANGENT, M, mean, of_frames, ways
 
 OWN, FLOOR = "modes of the direction itself", "floor"
@@ -75,11 +76,11 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
 
 
 STYLES: dict[str, dict[str, Any]] = {
-    NEAREST: {"color": BLACK, "linestyle": ":"},
+    NEAREST: {"color": INK, "linestyle": ":"},
     GEODESICS: {"color": VERMILION, "linestyle": "-."},
     TANGENT: {"color": ORANGE, "linestyle": (0, (5, 1.5))},
     MEAN: {"color": PURPLE, "linewidth": 1.2},
-    LOCAL: {"color": BLACK, "linewidth": 0.7},
+    LOCAL: {"color": INK, "linewidth": 0.7},
     SPLINE: {"color": BLUE, "linewidth": 2.0},
     ENDS: {"color": GREEN, "linewidth": 2.0, "linestyle": "--"},
     OWN: {"color": SKY, "linestyle": (0, (1, 1)), "linewidth": 2.0},
@@ -89,14 +90,14 @@ LABELS = {SPLINE: "spline, natural (left), periodic (right)"}
 
 def draw(out: Path, drawn: list[tuple[Array, Array, dict[str, Array]]]) -> None:
     """Errors of the reduced models against the direction of the wind, for both ranges."""
-    figure = new_figure(height=5.4)
+    figure = new_figure(4.4)
     axes = figure.subplots(1, len(drawn), sharey=True, width_ratios=[1, 1.6])
     for ax, (winds, directions, errors) in zip(axes, drawn, strict=True):
         for name, style in STYLES.items():
             if name in errors:
                 ax.semilogy(directions, errors[name], label=LABELS.get(name, name), **style)
         height = np.full(len(winds), errors[OWN].min() / 1.6)
-        ax.plot(winds, height, "^", color=BLACK, label="modes computed", clip_on=False)
+        ax.plot(winds, height, "^", color=INK, label="modes computed", clip_on=False)
         ax.set(xlabel="wind direction (degrees)", xlim=(winds[0], winds[-1]), xticks=winds[:: len(winds) // 6])
     axes[0].set_ylabel("relative error of the reduced model")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline as ScipySpline
 from scipy.linalg import solve_banded
 
-from figures import BLACK, BLUE, ORANGE, SKY, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from stiefel_rs import CubicSpline, Stiefel
+from stiefel_rs.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
 
 Array = NDArray[np.float64]
 N, MODES = 2000, 6
@@ -111,7 +112,7 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
 
 
 STYLES = {
-    NEAREST: {"color": BLACK, "linestyle": ":"},
+    NEAREST: {"color": INK, "linestyle": ":"},
     ENTRIES: {"color": VERMILION, "linestyle": (0, (5, 1.5))},
     ORTHONORMAL: {"color": ORANGE, "linestyle": "-."},
     SPLINE: {"color": BLUE, "linewidth": 2.0},
@@ -121,22 +122,20 @@ STYLES = {
 
 def draw(out: Path, tested: Array, known: list[Array], errors: dict[str, Array]) -> None:
     """Temperatures, and errors of the reduced models against the position of the interface."""
-    figure = new_figure()
+    figure = new_figure(3.4)
     left, right = figure.subplots(1, 2, width_ratios=[1, 1.4])
     x = (np.arange(N) + 0.5) / N
-    for i, colour in zip((0, len(tested) // 2, -1), (VERMILION, BLUE, ORANGE), strict=True):
-        left.plot(x, known[i][:, -1], color=colour, label=f"interface at {tested[i]:.2f}")
-        left.axvline(tested[i], color=colour, linewidth=0.8, linestyle="--")
-    left.set(xlabel="place on the rod (its length is 1)", ylabel=f"temperature at time {DURATION:g} (dimensionless)")
-    left.legend(loc="upper right")
+    looks = ((GREEN, "-"), (PURPLE, "--"), (INK, "-."))
+    for i, (colour, dashes) in zip((0, len(tested) // 2, -1), looks, strict=True):
+        left.plot(x, known[i][:, -1], color=colour, linestyle=dashes, label=f"interface at {tested[i]:.2f}")
+        left.axvline(tested[i], color=colour, linewidth=0.8, linestyle=dashes)
+    left.set(xlabel="place on the rod (its length is 1)", ylabel=f"temperature at time {DURATION:g}")
+    figure.legend(*left.get_legend_handles_labels(), loc="outside upper left")
     for name, style in STYLES.items():
         right.semilogy(tested, errors[name], label=name, **style)
-    right.plot(POSITIONS, np.full(len(POSITIONS), errors[OWN].min() / 2), "^", color=BLACK)
-    right.set_ylim(top=0.1)
-    right.set(
-        xlabel="position of the interface (triangles: modes computed)", ylabel="relative error of the reduced model"
-    )
-    right.legend(loc="upper center", ncols=2)
+    right.plot(POSITIONS, np.full(len(POSITIONS), errors[OWN].min() / 2), "^", color=INK, label="modes computed")
+    right.set(xlabel="position of the interface", ylabel="relative error of the reduced model")
+    figure.legend(*right.get_legend_handles_labels(), loc="outside upper right", ncols=2)
     save(figure, out)
 
 

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from figures import BLUE, ORANGE, VERMILION, command_line, new_figure, save
+from figures import command_line, new_figure, save
 from stiefel_rs import RotationSpline
 from stiefel_rs.jax import rotation_spline
+from stiefel_rs.palette import BLUE, ORANGE, VERMILION
 
 Array = NDArray[np.float64]
 # In s and m: along a straight line, past a target that is 6 m off it, 4 m lower.
@@ -120,19 +121,19 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
 
 def draw(out: Path, t: Array, curves: dict[str, RotationSpline]) -> None:
     """Angles off the target, and angular accelerations."""
-    figure = new_figure(height=4.2)
+    figure = new_figure()
     angles, accelerations = figure.subplots(1, 2)
     for name, curve in curves.items():
-        angles.plot(t, off_target(curve, t), label=name, **STYLES[name])
+        label = f"{name}: cost {curve.cost():.2f} rad²/s³"
+        angles.plot(t, off_target(curve, t), label=label, **STYLES[name])
         lengths = np.degrees(np.linalg.norm(curve(t, 2), axis=-1))
-        accelerations.plot(t, lengths, label=f"integral of its square: {curve.cost():.2f} rad²/s³", **STYLES[name])
-    angles.axhline(ALLOWED, color=ORANGE, linewidth=1.0, label="allowed")
-    angles.set(xlabel="time (s)", ylabel="target off the middle of the picture (degrees)", ylim=(0, 1.6 * ALLOWED))
+        accelerations.plot(t, lengths, **STYLES[name])
+    angles.axhline(ALLOWED, color=ORANGE, linewidth=1.0, label="largest angle allowed")
+    angles.set(xlabel="time (s)", ylabel="target off the middle of the\npicture (degrees)")
     accelerations.set(xlabel="time (s)", ylabel="angular acceleration (degrees/s²)")
-    accelerations.set_ylim(0, 1.35 * accelerations.get_ylim()[1])
     for ax in (angles, accelerations):
-        ax.set_xlim(0, DURATION)
-        ax.legend(loc="upper left", facecolor="white", frameon=True, framealpha=1, edgecolor="none")
+        ax.set(xlim=(0, DURATION), ylim=(0, None))
+    figure.legend(*angles.get_legend_handles_labels(), loc="outside upper center", ncols=2)
     save(figure, out)
 
 

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from scipy.spatial import transform
 from scipy.spatial.transform import Rotation
 
-from figures import BLACK, BLUE, ORANGE, VERMILION, command_line, new_figure, save
+from figures import command_line, keyframe_lines, new_figure, save
 from stiefel_rs import ConvergenceError, RotationSpline
+from stiefel_rs.palette import BLUE, INK, ORANGE, VERMILION
 
 Array = NDArray[np.float64]
 # The longest interval is ten times the shortest.
@@ -122,20 +123,19 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
 
 def draw(out: Path, t: Array, curves: dict[str, Any], numbers: dict[str, Any]) -> None:
     """Lengths of angular velocity and angular acceleration against time."""
-    figure = new_figure(height=4.2)
+    figure = new_figure()
     costs = numbers["cost"], numbers["cost_scipy"]
-    for order, ax in zip((1, 2), figure.subplots(1, 2), strict=True):
+    axes = figure.subplots(1, 2)
+    for order, ax in zip((1, 2), axes, strict=True):
         for (name, curve), cost in zip(curves.items(), costs, strict=True):
-            label = name if order == 1 else f"cost, the integral of its square: {cost:.1f} rad²/s³"
-            ax.plot(t, lengths(curve, t, order), label=label, **CURVES[name])
-        for time in TIMES:
-            ax.axvline(time, color=ORANGE, linewidth=0.8, alpha=0.7, zorder=0)
-        marker = {"color": ORANGE, "markeredgecolor": BLACK, "clip_on": False, "zorder": 5}
-        ax.plot(TIMES, np.zeros(len(TIMES)), "o", label="keyframes" if order == 1 else None, **marker)
-        top = 1.3 * max(lengths(curve, t, order).max() for curve in curves.values())
-        ax.set(xlabel="time (s)", xlim=(TIMES[0], TIMES[-1]), ylim=(0, top))
+            ax.plot(t, lengths(curve, t, order), label=f"{name}: cost {cost:.1f} rad²/s³", **CURVES[name])
+        keyframe_lines(ax, TIMES)
+        marker = {"color": ORANGE, "markeredgecolor": INK, "clip_on": False, "zorder": 5}
+        ax.plot(TIMES, np.zeros(len(TIMES)), "o", label="keyframes", **marker)
+        ax.set(xlabel="time (s)", xlim=(TIMES[0], TIMES[-1] + 0.1))
+        ax.set_ylim(bottom=0)
         ax.set(ylabel="angular velocity (degrees/s)" if order == 1 else "angular acceleration (degrees/s²)")
-        ax.legend(loc="upper left", facecolor="white", frameon=True, framealpha=1, edgecolor="none")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     save(figure, out)
 
 

@@ -1,4 +1,4 @@
-"""The figures of the study: logarithmic axes, colours of Okabe and Ito, a marker for each method."""
+"""The figures of the study: logarithmic axes, the colours of the package, a marker for each method."""
 
 from __future__ import annotations
 
@@ -15,28 +15,26 @@ from matplotlib.figure import Figure
 from benchmarks.study.long_runs import Drift, Energy
 from benchmarks.study.work import Cost, Solve
 from stiefel_rs import figure_style
+from stiefel_rs.palette import BACKGROUND, BLUE, GREEN, GREY, INK, ORANGE, PURPLE, SKY, VERMILION
 
-ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PINK, BLACK = (
-    "#E69F00", "#56B4E9", "#009E73", "#C4B000", "#0072B2", "#D55E00", "#CC79A7", "#000000",
-)  # fmt: skip
 DASHED: Final = (0, (4, 2))
 DOTTED: Final = (0, (1, 1.3))
 STYLES: Final[dict[str, dict[str, Any]]] = {
-    "Taylor": {"color": BLACK, "marker": "*", "markersize": 8},
+    "Taylor": {"color": INK, "marker": "*", "markersize": 8},
     "splitting, order 2": {"color": SKY, "marker": "o"},
     "splitting, order 4": {"color": BLUE, "marker": "s"},
     "splitting, order 6": {"color": GREEN, "marker": "D"},
-    "splitting, order 8": {"color": PINK, "marker": "^"},
-    "embedded, midpoint": {"color": YELLOW, "marker": "X"},
+    "splitting, order 8": {"color": PURPLE, "marker": "^"},
+    "embedded, midpoint": {"color": GREY, "marker": "X"},
     "chart, initial point": {"color": ORANGE, "marker": "o", "linestyle": DASHED},
-    "chart, midpoint": {"color": RED, "marker": "s", "linestyle": DASHED},
-    "chart, exponential midpoint": {"color": YELLOW, "marker": "v", "linestyle": DASHED},
+    "chart, midpoint": {"color": VERMILION, "marker": "s", "linestyle": DASHED},
+    "chart, exponential midpoint": {"color": GREY, "marker": "v", "linestyle": DASHED},
     "chart, Cayley midpoint": {"color": GREEN, "marker": "P", "linestyle": DASHED},
     "chart, midpoint, order 4": {"color": BLUE, "marker": "D", "linestyle": DASHED},
-    "chart, midpoint, order 6": {"color": PINK, "marker": "^", "linestyle": DASHED},
+    "chart, midpoint, order 6": {"color": PURPLE, "marker": "^", "linestyle": DASHED},
     "chart, midpoint, order 8": {"color": SKY, "marker": "h", "linestyle": DASHED},
-    "SciPy DOP853": {"color": BLACK, "marker": "x", "linestyle": DOTTED},
-    "heyoka": {"color": RED, "marker": "P", "linestyle": DOTTED},
+    "SciPy DOP853": {"color": INK, "marker": "x", "linestyle": DOTTED},
+    "heyoka": {"color": VERMILION, "marker": "P", "linestyle": DOTTED},
 }
 SIZE_STYLES: Final = (STYLES["Taylor"], *(STYLES[f"splitting, order {order}"] for order in (4, 6, 8)))
 # Errors below this are round-off; zero has no logarithm.
@@ -56,7 +54,7 @@ def _panel(ax: Axes, title: str, x: str, y: str, scale: Literal["log", "linear"]
 
 
 def _draw(ax: Axes, name: str, x: Sequence[float], y: Sequence[float], **style: Any) -> None:
-    ax.plot(x, np.maximum(y, FLOOR), label=name, markerfacecolor="white", **style)
+    ax.plot(x, np.maximum(y, FLOOR), label=name, markerfacecolor=BACKGROUND, **style)
 
 
 def _legend(figure: Figure, columns: int) -> None:
@@ -71,9 +69,9 @@ def _legend(figure: Figure, columns: int) -> None:
 
 def work(solves: list[Solve]) -> Figure:
     """Error at the end against the time of a solve, one panel per curve."""
-    figure = figure_style.new_figure(8.4, 8.2)
+    figure = figure_style.new_figure(figure_style.PAGE, 7.0)
     names = list(dict.fromkeys(solve.case for solve in solves))
-    grid = figure_style.grid(figure, 2, 2, (0.8, 0.15, 1.75, 0.35), hspace=0.32, wspace=0.2)
+    grid = figure_style.grid(figure, 2, 2, (0.65, 0.1, 1.5, 0.3), hspace=0.38, wspace=0.22)
     for i, name in enumerate(names):
         ax = figure.add_subplot(grid[i // 2, i % 2])
         _panel(ax, name, "seconds for one solve", "error at t = 1" if i % 2 == 0 else "")
@@ -87,8 +85,8 @@ def work(solves: list[Solve]) -> Figure:
 
 def energy(energies: list[Energy]) -> Figure:
     """Relative energy error against time, semilogarithmic, one panel per curve."""
-    figure = figure_style.new_figure(9.6, 4.8)
-    grid = figure_style.grid(figure, 1, 3, (0.8, 0.15, 1.5, 0.35), wspace=0.28)
+    figure = figure_style.new_figure(figure_style.PAGE, 4.2)
+    grid = figure_style.grid(figure, 1, 3, (0.65, 0.1, 1.3, 0.3), wspace=0.32)
     for i, curve in enumerate(dict.fromkeys(e.curve for e in energies)):
         ax = figure.add_subplot(grid[0, i])
         _panel(ax, curve, "time t", "relative energy error" if i == 0 else "", "linear")
@@ -101,8 +99,8 @@ def energy(energies: list[Energy]) -> Figure:
 
 def drift(drifts: list[Drift]) -> Figure:
     """Drift of the three invariants against the number of steps."""
-    figure = figure_style.new_figure(8.4, 3.9)
-    grid = figure_style.grid(figure, 1, 3, (0.8, 0.15, 0.95, 0.35), wspace=0.3)
+    figure = figure_style.new_figure(figure_style.PAGE, 3.4)
+    grid = figure_style.grid(figure, 1, 3, (0.65, 0.1, 0.85, 0.3), wspace=0.32)
     sizes = list(dict.fromkeys((d.n, d.k) for d in drifts))
     for i, name in enumerate(("momentum", "constraint", "orthonormality")):
         ax = figure.add_subplot(grid[0, i])
@@ -119,14 +117,15 @@ def drift(drifts: list[Drift]) -> Figure:
 
 def cost(costs: list[Cost]) -> Figure:
     """Time of one step, one position per size, in the order of the list."""
-    figure = figure_style.new_figure(8.4, 5.0)
-    ax = figure.add_subplot(figure_style.grid(figure, 1, 1, (0.8, 0.15, 1.5, 0.15))[0, 0])
+    figure = figure_style.new_figure(figure_style.PAGE, 4.0)
+    ax = figure.add_subplot(figure_style.grid(figure, 1, 1, (0.65, 0.1, 1.35, 0.1))[0, 0])
     ax.set_yscale("log")
     figure_style.log_axis(ax.yaxis)
     ax.grid(**figure_style.GRID)
     ax.set_ylabel("seconds for one step")
     places = list(range(len(costs)))
-    ax.set_xticks(places, [f"St({c.n},{c.k})\nr = {c.rows}" for c in costs], fontsize=figure_style.FONT_SIZE - 2)
+    ax.set_xticks(places, [f"({c.n},{c.k})\nr = {c.rows}" for c in costs])
+    ax.set_xlabel("size (n,k), and r = min(n, 4k) rows in the span of the data")
     for method in costs[0].step:
         _draw(ax, method, places, [c.step[method] for c in costs], **STYLES[method])
     _legend(figure, 3)
@@ -134,9 +133,9 @@ def cost(costs: list[Cost]) -> Figure:
 
 
 def write(folder: Path, figures: dict[str, Figure]) -> list[Path]:
-    """Write SVG files without dates to `folder`; return their paths."""
+    """Write SVG files for light and dark pages to `folder`; return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"integrators_{name}.svg" for name in figures]
     for path, figure in zip(paths, figures.values(), strict=True):
-        figure.savefig(path, metadata={"Date": None})
+        figure_style.write(figure, path)
     return paths

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from beside import HANGS
 from drawn import axes, axes3d, extent, knots, marks, paths, spline, tagged, xyz
 
 import stiefel_rs as st
-from stiefel_rs import InvalidInputError, Stiefel
+from stiefel_rs import InvalidInputError, Stiefel, palette
 
 matplotlib = pytest.importorskip("matplotlib")
 plotting = pytest.importorskip("stiefel_rs.plotting")
@@ -46,7 +47,7 @@ def test_sphere_draws_the_curve(pair):
     assert np.array_equal(path, pair[0](np.linspace(0, 1, 31))[:, :, 0])
     (start, end) = marks(ax)
     assert start[0] == "red"
-    assert end[0] == "white"
+    assert end[0] == palette.BACKGROUND
     assert np.array_equal(start[1], path[:1])
     assert np.array_equal(end[1], path[-1:])
     handles, labels = ax.get_legend_handles_labels()
@@ -109,7 +110,7 @@ def test_frame_draws_each_column_and_the_knots():
     for column, path in enumerate(found):
         assert np.array_equal(path, curve(t)[:, :, column])
     for i, (face, data) in enumerate(marks(ax)):
-        assert face == "white"
+        assert face == palette.BACKGROUND
         assert np.array_equal(data, curve.points[:, :, i // 2])
     assert ax.get_legend_handles_labels()[1] == ["spline, column 1", "spline, column 2"]
 
@@ -323,7 +324,7 @@ def test_plot_of_the_plane_puts_columns_on_circles():
         start, end = tagged(ax, _sphere.KNOT_ID)[2 * column : 2 * column + 2]
         assert np.array_equal(start.get_xydata(), points[:1])
         assert np.array_equal(end.get_xydata(), points[-1:])
-        assert (start.get_markerfacecolor(), end.get_markerfacecolor()) == (line.get_color(), "white")
+        assert (start.get_markerfacecolor(), end.get_markerfacecolor()) == (line.get_color(), palette.BACKGROUND)
     assert [circle.radius for circle in ax.patches] == [1, 1.08]
     plotting.plot(curve, ax=ax)
     assert len(ax.patches) == 2
@@ -450,7 +451,8 @@ def test_the_guide_makes_its_figure(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (block,) = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), flags=re.DOTALL)
     exec(compile(block, str(GUIDE), "exec"), {})
-    assert (tmp_path / "plotting.png").read_bytes().startswith(b"\x89PNG")
+    for name in ("plotting.svg", "overview.svg"):
+        assert ElementTree.parse(tmp_path / name).getroot().get("viewBox")
     named = set(re.findall(r"^\| (`.*?`) \|", GUIDE.read_text(encoding="utf-8"), flags=re.MULTILINE))
     found = {name for row in named for name in re.findall(r"`(\w+)`", row)} | {"fitted_order"}
     assert found == set(plotting.__all__)

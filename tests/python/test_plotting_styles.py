@@ -7,7 +7,7 @@ import pytest
 from drawn import axes, axes3d, extent, knots, spline
 
 import stiefel_rs as st
-from stiefel_rs import InvalidInputError
+from stiefel_rs import InvalidInputError, palette
 
 matplotlib = pytest.importorskip("matplotlib")
 plotting = pytest.importorskip("stiefel_rs.plotting")
@@ -123,7 +123,79 @@ def test_the_legend_of_a_sphere_is_below_it(k):
     assert legend.y1 < left.transData.transform(np.column_stack(outline.get_data()))[:, 1].min()
 
 
-def test_a_legend_hides_lines_behind_it():
-    frame = plotting.plot(spline(4, 2)).get_legend().get_frame()
-    assert frame.get_visible()
-    assert frame.get_alpha() > 0.5
+@pytest.mark.parametrize("name", ["entries", "plane", "many", "norms"])
+def test_a_legend_covers_no_line(name):
+    draw, (n, k), _ = NAMES[name]
+    ax = draw(spline(n, k))
+    ax.figure.savefig(io.BytesIO())
+    legend = ax.get_legend().get_window_extent()
+    assert ax.figure.bbox.contains(legend.x0, legend.y0) and ax.figure.bbox.contains(legend.x1, legend.y1)
+    for line in ax.lines:
+        vertices = ax.transData.transform(line.get_xydata())
+        covered = (vertices > [legend.x0, legend.y0]) & (vertices < [legend.x1, legend.y1])
+        assert not covered.all(axis=1).any(), line.get_label()
+
+
+@pytest.mark.parametrize("k", [2, 3])
+def test_axes_of_a_body_are_red_green_and_blue(k):
+    row = plotting.body_frame(spline(3, k))
+    assert [to_hex(lines.get_color()[0]).upper() for lines in row.collections] == list(palette.BODY_AXES)
+    sphere = of_curves(plotting.frame(spline(3, k)))
+    assert [line.get_color() for line in sphere] == list(palette.BODY_AXES[:k])
+    left = plotting.spline(spline(3, k))[0]
+    assert [line.get_color() for line in of_curves(left)] == list(palette.BODY_AXES[:k])
+    # Red and green are one colour to some readers.
+    marks = [line.get_marker() for line in left.lines if line.get_gid() == _sphere.KNOT_ID and line.near]
+    assert len(set(marks)) == k
+
+
+@pytest.mark.parametrize("view", [[2, 1.2, 1], [0, 0, 1], [1, 1, 1], [-1, 0.1, -0.2]])
+def test_names_of_axes_are_beside_the_sphere(view):
+    """They can cover no curve on it; an axis towards the reader has no name."""
+    ax = plotting.sphere(spline(3, 1), view=view)
+    ax.figure.savefig(io.BytesIO())
+    names = [text for text in ax.texts if isinstance(text, _sphere.AxisName)]
+    assert len(names) == 3
+    outline = next(line for line in ax.lines if isinstance(line, _sphere.Outline))
+    edge = ax.transData.transform(np.column_stack(outline.get_data()))
+    centre = edge.mean(axis=0)
+    radius = np.linalg.norm(edge - centre, axis=1).max()
+    for text, axis in zip(names, np.eye(3), strict=True):
+        seen = np.linalg.norm(np.cross(axis, view)) > _sphere.LEAST_SIDE * np.linalg.norm(view)
+        assert (text.get_alpha() == 1) is bool(seen)
+        box = extent(text)
+        corners = np.array([[x, y] for x in (box.x0, box.x1) for y in (box.y0, box.y1)])
+        assert not seen or np.linalg.norm(corners - centre, axis=1).min() > radius
+
+
+ORDERS = {
+    "falling": {f"splitting {p}": 1.0 / np.array([5.0, 10, 20, 40]) ** p for p in (2, 4, 6)},
+    "level": {"one": [1e-3] * 4, "two": [1e-8] * 4},
+    "one": [1e-3, 1e-4, 1e-5, 1e-6],
+    "at round-off": {"a": [1e-16, 2e-16, 1e-16, 3e-16], "b": [1, 0.5, 0.25, 0.1]},
+}
+
+
+@pytest.mark.parametrize("name", ORDERS)
+def test_the_legend_of_errors_covers_none(name):
+    ax = plotting.convergence([5, 10, 20, 40], ORDERS[name])
+    ax.figure.savefig(io.BytesIO())
+    legend = ax.get_legend().get_window_extent()
+    points = np.concatenate([ax.transData.transform(line.get_xydata()) for line in ax.lines])
+    assert (points[:, 1] > legend.y1).all(), f"{points[:, 1].min()} under {legend.y1}"
+    assert legend.y0 >= ax.get_window_extent().y0
+
+
+def test_errors_in_a_part_of_a_figure():
+    part = axes().figure.subfigures(1, 2)[0]
+    assert plotting.convergence([1, 2], [1, 0.5], ax=part.add_subplot()).get_legend()
+
+
+def test_new_axes_are_as_wide_as_a_column_or_a_page_in_print():
+    makers = {
+        3.4: (lambda: plotting.norms(spline(4, 1)), lambda: plotting.plot(spline(3, 2))),
+        7.0: (lambda: plotting.body_frame(spline(3, 2)), lambda: plotting.spline(spline(4, 2))[0]),
+    }
+    for width, calls in makers.items():
+        for call in calls:
+            assert call().figure.get_size_inches()[0] == width

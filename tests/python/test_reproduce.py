@@ -73,10 +73,16 @@ def test_no_progress_bar_in_a_pipe(quick):
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_figures_are_png_and_pdf(quick, name):
-    png = (quick[0] / "figures" / f"{name}.png").read_bytes()
-    pdf = (quick[0] / "figures" / f"{name}.pdf").read_bytes()
+def test_figures_are_in_print_size_as_png_svg_and_pdf(quick, name):
+    png, svg, pdf = ((quick[0] / "figures" / f"{name}.{suffix}").read_bytes() for suffix in ("png", "svg", "pdf"))
     assert png.startswith(b"\x89PNG\r\n") and len(png) > 20_000
+    # The width in pixels, and the resolution in pixels for a metre.
+    inches = 3.4 if name in ("figure_3a", "figure_3b") else 7.0
+    assert int.from_bytes(png[16:20], "big") == round(200 * inches)
+    place = png.index(b"pHYs") + 4
+    assert int.from_bytes(png[place : place + 4], "big") == round(200 / 0.0254)
+    assert f'width="{72 * inches:g}pt"'.encode() in svg
+    assert b"prefers-color-scheme:dark" in svg and b"<dc:date>" not in svg
     assert pdf.startswith(b"%PDF-") and pdf.rstrip().endswith(b"%%EOF")
     assert b"CreationDate" not in pdf
 

@@ -12,12 +12,12 @@ from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
 from ..errors import InvalidInputError
+from ..figure_style import COLUMN, DPI, FONT_SIZE, GRID, SMALL_FONT
+from ..palette import BODY_AXES, CURVES, INK
 
-# Okabe and Ito: they differ for colour-blind readers too.
-COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), (0, (1, 1)), "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (8, 2)))
-GREY: Final = "#555555"
-GRID: Final[dict[str, Any]] = {"visible": True, "which": "major", "color": "#DDDDDD", "linewidth": 0.6}
+# Axes of bodies differ by these too.
+MARKS: Final = "os^"
 # What stands beside the lines of curves has a name, so that those can be counted.
 GRID_ID: Final = "stiefel_rs sphere grid"
 KNOT_ID: Final = "stiefel_rs knots"
@@ -26,16 +26,27 @@ STEP_LABEL: Final = "step"
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Make a figure that pyplot does not know of."""
-    made = Figure(figsize=(width, height), layout="constrained")
+    """Make a figure of that many inches that pyplot does not know of."""
+    made = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
     FigureCanvasAgg(made)
     return made
+
+
+def dressed(ax: Axes) -> Axes:
+    """Give new axes the fonts and colours of the package; `rcParams` are left alone."""
+    ax.spines[["top", "right"]].set_visible(False)
+    for spine in ax.spines.values():
+        spine.set(edgecolor=INK, linewidth=0.8)
+    ax.tick_params(which="both", labelsize=SMALL_FONT, color=INK, labelcolor=INK)
+    for text in (ax.xaxis.label, ax.yaxis.label, ax.title):
+        text.set(fontsize=FONT_SIZE, color=INK)
+    return ax
 
 
 def flat(ax: Any) -> Axes:
     """Return `ax`, or new axes of two dimensions."""
     if ax is None:
-        return new_figure(6.4, 4.2).add_subplot()
+        return dressed(new_figure(COLUMN, 2.6).add_subplot())
     if not isinstance(ax, Axes) or isinstance(ax, Axes3D):
         raise InvalidInputError(f"ax: axes of two dimensions expected, found {type(ax).__name__}")
     return ax
@@ -44,7 +55,7 @@ def flat(ax: Any) -> Axes:
 def spatial(ax: Any) -> Axes3D:
     """Return `ax`, or new axes of three dimensions."""
     if ax is None:
-        return new_figure(5.2, 5.2).add_subplot(projection="3d")
+        return new_figure(COLUMN, COLUMN).add_subplot(projection="3d")
     if not isinstance(ax, Axes3D):
         raise InvalidInputError(f'ax: axes with projection="3d" expected, found {type(ax).__name__}')
     return ax
@@ -67,7 +78,7 @@ def drawn(ax: Axes) -> int:
 
 def cycled(i: int) -> dict[str, Any]:
     """Colour and dashes of line `i`."""
-    return {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i % len(DASHES)]}
+    return {"color": CURVES[i % len(CURVES)], "linestyle": DASHES[i % len(DASHES)]}
 
 
 def label(style: dict[str, Any], *own: str) -> str:
@@ -75,21 +86,24 @@ def label(style: dict[str, Any], *own: str) -> str:
     return ", ".join(str(part) for part in (style.get("label"), *own) if part)
 
 
-def column_style(column: int, style: dict[str, Any], before: int = 0) -> dict[str, Any]:
-    """Colour, dashes and name of a column after so many lines; `style` of the caller comes first."""
-    return cycled(before + column) | style | {"label": label(style, f"column {column + 1}")}
+def column_style(column: int, columns: int, style: dict[str, Any], before: int) -> dict[str, Any]:
+    """Colour of a body axis for a column, dashes for a curve after so many lines; `style` of the caller comes first."""
+    own = {"color": BODY_AXES[column], "linestyle": DASHES[before // columns % len(DASHES)]}
+    return own | style | {"label": label(style, f"column {column + 1}")}
 
 
 def legend(ax: Axes, **where: Any) -> None:
-    """Make a small legend where more than one line has a name; its ground is light, so that no line crosses a word."""
+    """Make a small legend where several lines have names, beside what is drawn: above flat axes, below a sphere."""
     names = ax.get_legend_handles_labels()[1]
     if len(names) < 2:
         return
-    place: dict[str, Any] = {"ncols": 1 if len(names) < 4 else 2}
+    place: dict[str, Any] = {"ncols": 3 if len(max(names, key=len)) > 7 else 4, "loc": "lower center"}
+    place |= {"bbox_to_anchor": (0.5, 1.0), "columnspacing": 1.2}
     if isinstance(ax, Axes3D):
         # A sphere and its axes fill the square.
         place = {"ncols": len(names), "loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
-    ax.legend(fontsize="small", framealpha=0.75, edgecolor=GRID["color"], **(place | where))
+    look: dict[str, Any] = {"fontsize": SMALL_FONT, "labelcolor": INK, "edgecolor": GRID["color"], "frameon": False}
+    ax.legend(**(look | place | where))
 
 
 def time_label(timed: bool) -> str:

@@ -14,12 +14,14 @@ from numpy.typing import ArrayLike
 
 from .._core import Curve
 from ..errors import InvalidInputError
-from ._axes import COLOURS, GREY, legend, spatial, time_label
+from ..figure_style import DPI, PAGE, SMALL_FONT
+from ..palette import BODY_AXES, GREY
+from ._axes import MARKS, legend, spatial, time_label
 from ._samples import Array, Drawable, Samples, count, finite, number, samples
 
 # A figure for a row, in inches: its width, its greatest height, and margins with room for legend and times.
-WIDTH, MAX_HEIGHT = 9.0, 4.5
-SIDE, TOP, BOTTOM = 0.5, 0.45, 0.35
+WIDTH, MAX_HEIGHT = PAGE, 3.5
+SIDE, TOP, BOTTOM = 0.4, 0.35, 0.3
 # Times stand so far below their triads, in lengths of an axis.
 BELOW: Final = 1.25
 
@@ -52,7 +54,7 @@ def body_frame(
     positions: ArrayLike | None = None,
     size: float | None = None,
 ) -> Axes3D:
-    """Draw a curve on St(3,2) or St(3,3) as small triads, one for each of `num` times.
+    """Draw a curve on St(3,2) or St(3,3) as small triads of red, green and blue axes, one for each of `num` times.
 
     Parameters
     ----------
@@ -109,11 +111,11 @@ def _length(places: Array) -> float:
 
 def _draw(ax: Axes3D, places: Array, triads: Array, length: float) -> None:
     ax.plot(*places.T, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)))
-    for column, colour in enumerate(COLOURS[:3]):
+    for column, (colour, mark) in enumerate(zip(BODY_AXES, MARKS, strict=True)):
         tips = places + length * triads[:, :, column]
         segments = np.stack([places, tips], axis=1)
-        ax.add_collection3d(Line3DCollection(segments, colors=colour, linewidths=2.0, label=f"axis {column + 1}"))
-        ax.plot(*tips.T, linestyle="none", marker="o", markersize=3.0, color=colour)
+        ax.add_collection3d(Line3DCollection(segments, colors=colour, linewidths=1.6, label=f"axis {column + 1}"))
+        ax.plot(*tips.T, linestyle="none", marker=mark, markersize=3.0, color=colour)
     low = np.min(places, axis=0) - length
     high = np.max(places, axis=0) + length
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
@@ -130,12 +132,12 @@ def _lay_out(ax: Axes3D, found: Samples, length: float) -> None:
     ends: dict[int, Any] = {0: found.t[0], len(found.t) // 2: found.t[len(found.t) // 2], len(found.t) - 1: found.t[-1]}
     for place, t in ends.items():
         text = f"{time_label(found.timed)} = {t:.3g}"
-        ax.text(place, 0.0, -BELOW * length, text, ha="center", va="top", color=GREY)
+        ax.text(place, 0.0, -BELOW * length, text, ha="center", va="top", color=GREY, fontsize=SMALL_FONT)
 
 
 def _square() -> Axes3D:
     """Make the axes of a row as they must be, square; `_cut` fits their figure to what is drawn."""
-    made = Figure(figsize=(WIDTH, WIDTH))
+    made = Figure(figsize=(WIDTH, WIDTH), dpi=DPI)
     FigureCanvasAgg(made)
     return made.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d")
 

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from .._core import ChartTrajectory, CubicTrajectory, RiemannianCubic
 from ..errors import InvalidInputError
-from ._axes import GRID, flat, line_style, time_label
+from ..figure_style import GRID
+from ._axes import cycled, drawn, flat, line_style, time_label
 from ._samples import Array, Trajectory, trajectory_times
 
 
@@ -24,7 +25,7 @@ def _checked(trajectory: Trajectory) -> None:
 def _draw(ax: Any, times: tuple[Array, bool], values: Array, label: str, style: dict[str, Any]) -> Axes:
     style, axes, (t, timed) = line_style(style), flat(ax), times
     # The first is the start itself: zero, which has no logarithm. So have exact returns to it.
-    axes.plot(t[1:], np.where(values[1:] > 0, values[1:], np.nan), **style)
+    axes.plot(t[1:], np.where(values[1:] > 0, values[1:], np.nan), **(cycled(drawn(axes)) | style))
     axes.set(yscale="log", xlabel=time_label(timed), ylabel=label)
     axes.grid(**GRID)
     return axes

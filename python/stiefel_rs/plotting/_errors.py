@@ -12,10 +12,14 @@ from numpy.typing import ArrayLike
 
 from .._core import Curve
 from ..errors import InvalidInputError
-from ._axes import GRID, TIME_LABEL, cycled, drawn, flat, label, line_style
+from ..figure_style import GRID, SMALL_FONT
+from ..palette import INK
+from ._axes import TIME_LABEL, cycled, drawn, flat, label, line_style
 from ._samples import Array, count, finite, number
 
 MAX_TICKS: Final = 8
+# Height of a row of a legend in inches.
+ROW: Final = 0.17
 MARKERS: Final = "osD^vP"
 # Errors of this size are round-off: they say nothing about an order.
 ROUND_OFF: Final = 1e-14
@@ -123,8 +127,21 @@ def convergence(
         ax.set_xticks(N[order], [f"{x:g}" for x in N[order]])
         ax.xaxis.set_minor_locator(NullLocator())
     ax.grid(**GRID)
-    ax.legend(frameon=False)
+    legend = ax.legend(frameon=False, fontsize=SMALL_FONT, labelcolor=INK, loc="lower left")
+    _leave_room(ax, len(legend.get_texts()))
     return ax
+
+
+def _leave_room(ax: Axes, rows: int) -> None:
+    """Let the axis of errors begin so far below them that a legend of so many rows covers none."""
+    values = np.concatenate([np.asarray(line.get_ydata(), dtype=np.float64) for line in ax.lines])
+    values = values[np.isfinite(values) & (values > 0)]
+    height = ax.get_window_extent().height / ax.figure.dpi
+    share = min((rows + 0.5) * ROW / height, 0.6)
+    if len(values):
+        low, high = np.log10(values.min()), np.log10(values.max())
+        ax.update_datalim([(ax.dataLim.x0, 10 ** (low - share / (1 - share) * max(high - low, 0.1)))])
+        ax.autoscale_view()
 
 
 def error(curve: Curve, reference: Curve, *, ax: Axes | None = None, num: int = 200, **style: Any) -> Axes:
@@ -162,7 +179,7 @@ def error(curve: Curve, reference: Curve, *, ax: Axes | None = None, num: int = 
     t = np.linspace(*curve.t_span, count(num))
     distance = np.linalg.norm(curve(t) - reference(t), axis=(1, 2))
     style, ax = line_style(style), flat(ax)
-    ax.plot(t, np.where(distance > 0, distance, np.nan), **style)
+    ax.plot(t, np.where(distance > 0, distance, np.nan), **(cycled(drawn(ax)) | style))
     ax.set(yscale="log", xlabel=TIME_LABEL, ylabel="Frobenius distance")
     ax.grid(**GRID)
     return ax

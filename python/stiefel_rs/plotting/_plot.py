@@ -15,7 +15,7 @@ def plot(curve: Drawable, *, ax: Axes | Axes3D | None = None, num: int = 200, **
     """Draw a curve in the way that suits its shape; ``curve.plot()`` is the same.
 
     On St(3,1) that is `sphere`, on St(3,2) and St(3,3) `frame`, on St(2,1) and St(2,2) the columns on circles, else
-    `entries`. The knots of a spline are marked.
+    `entries` up to 60 entries, beyond that `overview`. The knots of a spline are marked.
 
     Parameters
     ----------
@@ -31,6 +31,7 @@ def plot(curve: Drawable, *, ax: Axes | Axes3D | None = None, num: int = 200, **
     Returns
     -------
     Axes or Axes3D
+        Of `overview` the first, with the angles; in axes of the caller these are all that is drawn.
 
     Raises
     ------
@@ -44,7 +45,7 @@ def plot(curve: Drawable, *, ax: Axes | Axes3D | None = None, num: int = 200, **
     >>> from stiefel_rs import GeometricCubic, plotting
     >>> S0, V0, S1 = np.eye(3)[:, :1], np.eye(3)[:, 1:2], np.eye(3)[:, 1:2]
     >>> ax = plotting.plot(GeometricCubic(S0, V0, S1, -S0))
-    >>> ax.figure.savefig("curve.png")  # doctest: +SKIP
+    >>> plotting.save(ax, "curve.svg")  # doctest: +SKIP
     """
     drawn: Axes | Axes3D = path(curve, ax, num, style)
     return drawn

@@ -7,17 +7,22 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.backend_bases import RendererBase
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
-from mpl_toolkits.mplot3d.art3d import Line3D  # type: ignore[import-untyped]
+from mpl_toolkits.mplot3d.art3d import Line3D, Text3D  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInputError
+from ..figure_style import FONT_SIZE
+from ..palette import BACKGROUND, GREY, NEAR_GREY
+from ..palette import GRID_GREY as FAR_GREY
 from ..sphere_lines import circle, grid_lines
-from ._axes import GREY, GRID_ID, KNOT_ID, column_style, cycled, legend, line_style, spatial
+from ._axes import GRID_ID, KNOT_ID, MARKS, column_style, cycled, legend, line_style, spatial
 from ._samples import Array, Drawable, Samples, column_of, finite, samples
 
 PATH_ID: Final = "stiefel_rs path"
-NEAR_GREY, FAR_GREY = "#A8A8A8", "#E6E6E6"
 FAR_ALPHA: Final = 0.3
+# Names of axes are so far from the centre; an axis has a name where it is seen longer than this.
+BESIDE: Final = 1.18
+LEAST_SIDE: Final = 0.15
 DEFAULT_VIEW: Final = np.array([2.0, 1.2, 1.0]) / np.linalg.norm([2.0, 1.2, 1.0])
 
 
@@ -60,6 +65,23 @@ class Outline(Line3D):  # type: ignore[misc]
         super().draw(renderer)
 
 
+class AxisName(Text3D):  # type: ignore[misc]
+    """The name of an axis of space, beside the sphere as it is seen now: nothing that is drawn on it can be covered."""
+
+    def __init__(self, axis: Array, text: str, **style: Any) -> None:
+        super().__init__(*(BESIDE * axis), text, zdir=None, clip_on=False, **style)
+        self.axis = axis
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Draw the name where the axis points to; an axis that points at the reader has no side."""
+        view = viewpoint(self.axes)
+        aside = self.axis - (self.axis @ view) * view
+        length = float(np.linalg.norm(aside))
+        self.set_alpha(1.0 if length > LEAST_SIDE else 0.0)
+        self.set_position_3d(BESIDE * aside / max(length, LEAST_SIDE))
+        super().draw(renderer)
+
+
 def _set_view(ax: Axes3D, view: Array) -> None:
     elevation, azimuth = np.arcsin(np.clip(view[2], -1, 1)), np.arctan2(view[1], view[0])
     ax.view_init(elev=float(np.degrees(elevation)), azim=float(np.degrees(azimuth)))
@@ -87,8 +109,9 @@ def _draw_grid(ax: Axes3D) -> None:
             ax.add_line(HalfLine(line, near=near, color=colour, linewidth=0.6, zorder=int(near), gid=GRID_ID))
     ax.add_line(Outline([], [], [], color=GREY, linewidth=0.9, zorder=2, gid=GRID_ID))
     for name, axis in zip("₁₂₃", np.eye(3), strict=True):
-        ax.plot(*np.stack([axis, 1.12 * axis]).T, color=GREY, linewidth=0.9, zorder=2, gid=GRID_ID)
-        ax.text(*(1.24 * axis), f"x{name}", ha="center", va="center", color=GREY, gid=GRID_ID)
+        ax.plot(*np.stack([axis, 1.1 * axis]).T, color=GREY, linewidth=0.9, zorder=2, gid=GRID_ID)
+        where = {"ha": "center", "va": "center", "color": GREY, "fontsize": FONT_SIZE}
+        ax.add_artist(AxisName(axis, f"x{name}", gid=GRID_ID, **where))
     ax.set_proj_type("ortho")
     ax.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
     ax.set_box_aspect((1, 1, 1), zoom=1.35)
@@ -108,13 +131,19 @@ def _with_sphere(ax: Any, paths: Array, view: ArrayLike | None) -> Axes3D:
     return ax
 
 
-def _draw_path(ax: Axes3D, path: Array, knots: Array, style: dict[str, Any]) -> None:
+def _draw_path(ax: Axes3D, path: Array, knots: Array, style: dict[str, Any], mark: str = "o") -> None:
     # The far half is behind all near ones, whatever the order of the caller; by its name paths are counted.
     far = style | {"alpha": FAR_ALPHA * style.get("alpha", 1.0), "label": None, "zorder": 2.5, "gid": PATH_ID}
     near: dict[str, Any] = {"zorder": 4, "gid": PATH_ID} | style
     ax.add_line(HalfLine(path, near=False, **far))
     ax.add_line(HalfLine(path, near=True, **near))
-    marks = {"linestyle": "none", "marker": "o", "color": style["color"], "markerfacecolor": "white", "markersize": 5}
+    marks = {
+        "linestyle": "none",
+        "marker": mark,
+        "color": style["color"],
+        "markerfacecolor": BACKGROUND,
+        "markersize": 4.5,
+    }
     above = near["zorder"] + 1
     if len(knots):
         ax.add_line(HalfLine(knots, near=False, zorder=3, gid=KNOT_ID, alpha=FAR_ALPHA, **marks))
@@ -181,9 +210,9 @@ def frame(
 ) -> Axes3D:
     """Draw the columns of a curve on St(3,2) or St(3,3), each as a path on one sphere.
 
-    Parameters are those of `sphere`, arrays have shape (T, 3, 2) or (T, 3, 3). Colour and dashes say which column it
-    is, and a further curve goes on with the next ones; so does the label: ``label="a"`` becomes "a, column 1". A
-    legend comes with new axes, not with those of the caller.
+    Parameters are those of `sphere`, arrays have shape (T, 3, 2) or (T, 3, 3). Columns are red, green and blue, with
+    circles, squares and triangles at knots or ends; a further curve in the same axes has other dashes. Labels name the
+    column too: ``label="a"`` becomes "a, column 1". New axes have a legend, those of the caller do not.
 
     Returns
     -------
@@ -198,9 +227,10 @@ def frame(
     found, style, new = _spherical(curve, num, (2, 3)), line_style(style), ax is None
     ax = _with_sphere(ax, found.points, view)
     before = _paths(ax)
-    for column in range(found.points.shape[2]):
-        own = column_style(column, style, before)
-        _draw_path(ax, found.points[:, :, column], column_of(found.knots, column), own)
+    columns = found.points.shape[2]
+    for column in range(columns):
+        own = column_style(column, columns, style, before)
+        _draw_path(ax, found.points[:, :, column], column_of(found.knots, column), own, MARKS[column])
     if new:
         legend(ax)
     return ax

@@ -1,4 +1,4 @@
-"""Curves against time: entries, lengths of velocity and acceleration, knots."""
+"""Curves against time: entries; what suits a shape; a spline with its lengths beside it."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from numpy.typing import ArrayLike, NDArray
 
-from .._core import Curve, PiecewiseCurve, Stiefel
+from .._core import Curve
 from ..errors import InvalidInputError
+from ..figure_style import GRID, PAGE
+from ..palette import BACKGROUND, CURVES, GREY
 from ._axes import (
-    COLOURS,
-    GREY,
-    GRID,
     GRID_ID,
     KNOT_ID,
-    TIME_LABEL,
+    MARKS,
     column_style,
     cycled,
     drawn,
+    dressed,
     flat,
     label,
     legend,
@@ -28,9 +28,13 @@ from ._axes import (
     new_figure,
     time_label,
 )
-from ._samples import Array, Drawable, column_of, samples, times
+from ._norms import norms
+from ._overview import LARGE, angles, overview
+from ._samples import Array, Drawable, column_of, samples
 from ._sphere import frame, sphere
 
+# Inside of circles nothing is drawn.
+INSIDE: Final[dict[str, Any]] = {"loc": "center", "bbox_to_anchor": (0.5, 0.5), "ncols": 1, "frameon": True}
 # More names than this do not fit into a legend.
 MAX_NAMES: Final = 12
 
@@ -70,7 +74,7 @@ def entries(
     before = drawn(ax) // n
     for column in range(k):
         for row in range(n):
-            own = _entry_style(row, column, (n, k), style) | {"color": COLOURS[(before + column) % len(COLOURS)]}
+            own = _entry_style(row, column, (n, k), style) | {"color": CURVES[(before + column) % len(CURVES)]}
             (line,) = ax.plot(found.t, found.points[:, row, column], **(own | style | {"label": own["label"]}))
             if len(found.knots):
                 _draw_knots(ax, found.knot_times, found.knots[:, row, column], line.get_color())
@@ -92,7 +96,7 @@ def _entry_style(row: int, column: int, shape: tuple[int, int], style: dict[str,
 
 
 def _draw_knots(ax: Axes, t: Array, knots: Array, colour: Any) -> None:
-    marks: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4, "markerfacecolor": "white"}
+    marks: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4, "markerfacecolor": BACKGROUND}
     ax.plot(t, knots, color=colour, gid=KNOT_ID, **marks)
 
 
@@ -103,14 +107,15 @@ def _circle(curve: Drawable, ax: Any, num: int, style: dict[str, Any]) -> Axes:
     before, columns = drawn(axes), found.points.shape[2]
     for column in range(columns):
         radius = 1 + 0.08 * column
-        own = column_style(column, style, before) if columns > 1 else cycled(before) | style
+        own = column_style(column, columns, style, before) if columns > 1 else cycled(before) | style
         _draw_circle(axes, radius)
         axes.plot(*(radius * found.points[:, :, column].T), **own)
-        _mark(axes, radius * found.points[:, :, column], radius * column_of(found.knots, column), own["color"])
+        knots = radius * column_of(found.knots, column)
+        _mark(axes, radius * found.points[:, :, column], knots, own["color"], MARKS[column])
     axes.set(xlabel="first entry", ylabel="second entry", aspect="equal")
     axes.grid(**GRID)
     if ax is None:
-        legend(axes, loc="center")
+        legend(axes, **INSIDE)
     return axes
 
 
@@ -120,10 +125,10 @@ def _draw_circle(ax: Axes, radius: float) -> None:
         ax.add_patch(Circle((0.0, 0.0), radius, fill=False, color=GREY, linewidth=0.6, gid=GRID_ID))
 
 
-def _mark(ax: Axes, points: Array, knots: Array, colour: Any) -> None:
+def _mark(ax: Axes, points: Array, knots: Array, colour: Any, mark: str) -> None:
     """Knots as circles; where there are none, the start full and the end as a ring, as on the sphere."""
-    full: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5, "color": colour, "gid": KNOT_ID}
-    ring = full | {"markerfacecolor": "white"}
+    full: dict[str, Any] = {"linestyle": "none", "marker": mark, "markersize": 4.5, "color": colour, "gid": KNOT_ID}
+    ring = full | {"markerfacecolor": BACKGROUND}
     if len(knots):
         ax.plot(*knots.T, **ring)
     else:
@@ -141,67 +146,14 @@ def path(curve: Drawable, ax: Any, num: int, style: dict[str, Any]) -> Any:
             return frame(curve, ax=ax, num=num, **style)
         case (2, 1) | (2, 2):
             return _circle(curve, ax, num, style)
-    return entries(curve, ax=ax, num=num, **style)
+    if shape[0] * shape[1] <= LARGE:
+        return entries(curve, ax=ax, num=num, **style)
+    return angles(curve, ax=ax, num=num, **style) if ax is not None else overview(curve, num=num, **style)[0]
 
 
 def _points_shape(curve: Drawable) -> tuple[int, int]:
     n, k = samples(curve, 2).points.shape[1:]
     return n, k
-
-
-def _lengths(curve: Curve, t: Array, order: int) -> Array:
-    vectors = curve.velocity(t) if order == 1 else curve.acceleration(t)
-    return Stiefel(curve.n, curve.k).norm(curve(t), vectors)
-
-
-def norms(curve: Curve, *, ax: Axes | None = None, num: int = 200, order: int | None = None, **style: Any) -> Axes:
-    """Draw the lengths of velocity and covariant acceleration against time, in the canonical metric.
-
-    Parameters
-    ----------
-    curve : Curve
-        What is drawn. Knots of splines are marked on the axis of times.
-    ax : Axes, optional
-        Axes to draw into; new ones by default.
-    num : int, default 200
-        Equidistant times.
-    order : {1, 2}, optional
-        Velocity alone, or acceleration alone; both by default.
-    **style
-        For the lines; ``label="a"`` becomes "a, velocity" and "a, acceleration" where both are drawn. Both have a
-        legend in new axes.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InvalidInputError
-        No curve, another `order`, `num` is not a number from 2, `ax` is not flat, `style` is not that of a line.
-    """
-    if not isinstance(curve, Curve):
-        raise InvalidInputError(f"curve: a Curve expected, found {type(curve).__name__}")
-    # Arrays have no truth value, so the type comes first.
-    if order is not None and (not isinstance(order, int | np.integer) or order not in (1, 2)):
-        raise InvalidInputError(f"order: 1, 2 or None expected, found {order!r}")
-    t, style, new = times(curve, num), line_style(style), ax is None
-    ax = flat(ax)
-    before = drawn(ax)
-    for which, name in ((1, "velocity"), (2, "acceleration")):
-        if order in (None, which):
-            said = label(style, name) if order is None else style.get("label", name)
-            own = cycled(before + which - 1) | style | {"label": said}
-            ax.plot(t, _lengths(curve, t, which), **own)
-    if isinstance(curve, PiecewiseCurve) and len(curve.t) <= 100:
-        bars: dict[str, Any] = {"marker": "|", "markersize": 9, "linestyle": "none", "color": GREY, "clip_on": False}
-        ax.plot(curve.t, np.zeros(len(curve.t)), gid=KNOT_ID, **bars)
-    ax.set_ylim(bottom=0)
-    ax.set(xlabel=TIME_LABEL, ylabel={None: "length", 1: "velocity", 2: "acceleration"}[order])
-    ax.grid(**GRID)
-    if new:
-        legend(ax)
-    return ax
 
 
 def spline(curve: Curve, *, ax: ArrayLike | None = None, num: int = 400) -> NDArray[np.object_]:
@@ -233,16 +185,16 @@ def spline(curve: Curve, *, ax: ArrayLike | None = None, num: int = 400) -> NDAr
         raise InvalidInputError(f"ax: three axes expected, found {len(axes)}")
     left = path(curve, axes[0], num, {})
     if ax is None:
-        legend(left, **({"loc": "center"} if curve.n == 2 else {}))
+        legend(left, **(INSIDE if curve.n == 2 else {}))
     for which in (1, 2):
         norms(curve, ax=axes[which], num=num, order=which, linestyle="-")
     return axes
 
 
 def _three(curve: Curve) -> NDArray[np.object_]:
-    figure = new_figure(9.6, 4.6)
+    figure = new_figure(PAGE, 3.6)
     grid = figure.add_gridspec(2, 2, width_ratios=[1.1, 1])
     left = figure.add_subplot(grid[:, 0], projection="3d" if curve.n == 3 else None)
-    upper = figure.add_subplot(grid[0, 1])
-    lower = figure.add_subplot(grid[1, 1], sharex=upper)
-    return np.array([left, upper, lower], dtype=object)
+    upper = dressed(figure.add_subplot(grid[0, 1]))
+    lower = dressed(figure.add_subplot(grid[1, 1], sharex=upper))
+    return np.array([left if curve.n == 3 else dressed(left), upper, lower], dtype=object)

@@ -15,16 +15,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from .. import figure_style
+from ..palette import BACKGROUND, BLUE, GREY, INK, VERMILION
 from .conjecture import Outcome, outcomes
 from .experiments import EXPERIMENTS, Experiment
 from .retractions import COORDINATES, EXPONENTIAL, ORDERS, PAPER, PROBLEMS, RANDOM_STEPS, STEPS, Study, retractions
 
 STYLES: Final[dict[str, dict[str, Any]]] = {
-    "quasi-geodesic": {"color": "#D55E00", "linestyle": (0, (1, 1.2)), "marker": "s"},
-    "Cayley": {"color": "#0072B2", "linestyle": (0, (5, 2)), "marker": "D"},
-    EXPONENTIAL: {"color": "#000000", "linestyle": "-", "marker": "^"},
+    "quasi-geodesic": {"color": VERMILION, "linestyle": (0, (1, 1.2)), "marker": "s"},
+    "Cayley": {"color": BLUE, "linestyle": (0, (5, 2)), "marker": "D"},
+    EXPONENTIAL: {"color": INK, "linestyle": "-", "marker": "^"},
 }
-LINE: Final[dict[str, Any]] = {"color": "#777777", "linewidth": 1.0, "zorder": 1}
+LINE: Final[dict[str, Any]] = {"color": GREY, "linewidth": 1.0, "zorder": 1}
 PERCENTILES: Final = (10, 90)
 
 
@@ -41,7 +42,9 @@ def draw_paper(found: list[Outcome], *, ax: Axes) -> None:
     """Draw the ratios on the paper's curve against ``N``; a line at 1 is the mid-point method."""
     ax.axhline(1.0, **LINE)
     for outcome in found:
-        ax.plot(STEPS, outcome.ratios, markerfacecolor="white", label=outcome.retraction, **STYLES[outcome.retraction])
+        ax.plot(
+            STEPS, outcome.ratios, markerfacecolor=BACKGROUND, label=outcome.retraction, **STYLES[outcome.retraction]
+        )
     _ratio_axis(ax, "y")
     ax.set_xscale("log")
     ax.set_xticks(STEPS, [str(n) for n in STEPS])
@@ -57,7 +60,7 @@ def draw_random(found: list[Outcome], *, ax: Axes) -> None:
         ratios = np.sort(outcome.ratios)
         share = np.arange(1, len(ratios) + 1) / len(ratios)
         every = max(1, len(ratios) // 8)
-        style = STYLES[outcome.retraction] | {"markevery": (every // 2, every), "markerfacecolor": "white"}
+        style = STYLES[outcome.retraction] | {"markevery": (every // 2, every), "markerfacecolor": BACKGROUND}
         ax.step(ratios, 100 * share, where="post", **style)
     ax.set_xlim(0.01, 4.0)
     _ratio_axis(ax, "x")
@@ -68,7 +71,7 @@ def draw_random(found: list[Outcome], *, ax: Axes) -> None:
 def figure(study: Study) -> Figure:
     """Draw the conjecture as stated: the paper's curves above, the random ones below."""
     found = outcomes(study)
-    new = figure_style.new_figure(7.2, 6.4)
+    new = figure_style.new_figure(figure_style.PAGE, 6.4)
     grid = figure_style.grid(new, 2, 2, (0.8, 0.15, 1.15, 0.35), hspace=0.42, wspace=0.12)
     for column, e in enumerate(EXPERIMENTS):
         upper, lower = (new.add_subplot(grid[row, column]) for row in range(2))
@@ -100,9 +103,9 @@ def draw_rows(study: Study, experiment: Experiment, problem: str, order: int, *,
         place = len(STYLES) - 1 - list(STYLES).index(name)
         random = _ratios(study, experiment, problem, order, name, paper=False)
         paper = _ratios(study, experiment, problem, order, name, paper=True)
-        ax.plot(np.percentile(random, PERCENTILES), [place - 0.15] * 2, color="#777777", linewidth=2.2)
-        ax.plot(np.median(random), place - 0.15, marker="o", color="#333333", markerfacecolor="white", linestyle="")
-        ax.plot(np.exp(np.log(paper).mean()), place + 0.18, marker="D", color="#0072B2", linestyle="")
+        ax.plot(np.percentile(random, PERCENTILES), [place - 0.15] * 2, color=GREY, linewidth=2.2)
+        ax.plot(np.median(random), place - 0.15, marker="o", color=INK, markerfacecolor=BACKGROUND, linestyle="")
+        ax.plot(np.exp(np.log(paper).mean()), place + 0.18, marker="D", color=BLUE, linestyle="")
     ax.set_ylim(-0.6, len(STYLES) - 0.4)
     ax.set_xlim((0.25, 3.0) if order == 1 else (0.02, 4.0))
     _ratio_axis(ax, "x")
@@ -113,7 +116,7 @@ def draw_rows(study: Study, experiment: Experiment, problem: str, order: int, *,
 
 def wide_figure(study: Study) -> Figure:
     """Every problem and order: rows of panels for orders, columns for problems and manifolds."""
-    new = figure_style.new_figure(7.2, 4.6)
+    new = figure_style.new_figure(figure_style.PAGE, 4.6)
     grid = figure_style.grid(new, 2, 4, (1.2, 0.15, 1.1, 0.55), hspace=0.55, wspace=0.12)
     for row, order in enumerate(ORDERS):
         for column, (e, problem) in enumerate(itertools.product(EXPERIMENTS, PROBLEMS)):
@@ -123,9 +126,9 @@ def wide_figure(study: Study) -> Figure:
             ax.set_title(f"{e.title}, {problem}\norder {order}", fontsize=figure_style.FONT_SIZE - 1)
     new.text(0.57, 0.115, "mean error, linear in coordinates (same order) = 1", ha="center")
     marks = [
-        *ax.plot([], [], marker="D", color="#0072B2", linestyle="", label="the paper's curve, mean over N"),
-        *ax.plot([], [], marker="o", color="#333333", markerfacecolor="white", linestyle="", label="random: median"),
-        *ax.plot([], [], color="#777777", linewidth=2.2, label=f"{PERCENTILES[0]} to {PERCENTILES[1]} % of them"),
+        *ax.plot([], [], marker="D", color=BLUE, linestyle="", label="the paper's curve, mean over N"),
+        *ax.plot([], [], marker="o", color=INK, markerfacecolor=BACKGROUND, linestyle="", label="random: median"),
+        *ax.plot([], [], color=GREY, linewidth=2.2, label=f"{PERCENTILES[0]} to {PERCENTILES[1]} % of them"),
     ]
     new.legend(handles=marks, loc="lower center", ncols=3, frameon=False)
     return new

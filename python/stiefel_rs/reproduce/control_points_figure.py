@@ -9,15 +9,16 @@ from typing import Any, Final
 from matplotlib.axes import Axes
 
 from .. import figure_style
+from ..palette import BACKGROUND, BLUE, GREEN, PURPLE
 from .control_points import DEGREES, Row
 from .experiments import EXPERIMENTS, Experiment
 
 # Costs are right to 1e-12, relative: a smaller excess is round-off, and is drawn here with a note.
 SMALLEST_EXCESS: Final = 1e-12
 STYLES: Final[dict[str, dict[str, Any]]] = {
-    "minimal cost": {"color": "#0072B2", "linestyle": "-", "marker": "o"},
-    "quintic, exact end accelerations": {"color": "#009E73", "linestyle": "", "marker": "D"},
-    "cubic with geodesics": {"color": "#CC79A7", "linestyle": "", "marker": "v"},
+    "minimal cost": {"color": BLUE, "linestyle": "-", "marker": "o"},
+    "quintic, exact end accelerations": {"color": GREEN, "linestyle": "", "marker": "D"},
+    "cubic with geodesics": {"color": PURPLE, "linestyle": "", "marker": "v"},
 }
 
 
@@ -31,7 +32,7 @@ def _draw(experiment: Experiment, rows: list[Row], quantity: str, *, ax: Axes) -
     for label, pairs in series.items():
         places, values = zip(*pairs, strict=True)
         shown = [max(y, SMALLEST_EXCESS) for y in values]
-        ax.semilogy(places, shown, label=label, markerfacecolor="white", **STYLES[label])
+        ax.semilogy(places, shown, label=label, markerfacecolor=BACKGROUND, **STYLES[label])
         for m, y in pairs:
             if y < SMALLEST_EXCESS:
                 note = f"round-off, below {figure_style.power_of_ten(SMALLEST_EXCESS, 0)}"
@@ -47,7 +48,7 @@ def _draw(experiment: Experiment, rows: list[Row], quantity: str, *, ax: Axes) -
 def write(folder: Path, rows: list[Row], progress: Callable[[], None]) -> list[Path]:
     """Write ``control_points.png`` and ``.pdf`` into `folder`, one column of panels for each manifold; their paths."""
     with figure_style.context():
-        figure = figure_style.new_figure(7.2, 5.6)
+        figure = figure_style.new_figure(figure_style.PAGE, 5.6)
         grid = figure_style.grid(figure, 2, 2, (0.95, 0.15, 1.05, 0.35), hspace=0.12, wspace=0.25)
         for column, experiment in enumerate(EXPERIMENTS):
             upper, lower = (figure.add_subplot(grid[i, column]) for i in range(2))

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from .. import figure_style
+from ..palette import BACKGROUND, SKY
 from . import control_points, experiments
 from .exact import COARSE_STEPS, Comparison
 from .experiments import Array, Experiment
@@ -34,9 +35,9 @@ LABELS: Final = {
 STYLES: Final[dict[str, dict[str, Any]]] = {
     "exact_bvp": METHOD_STYLES["reference"],
     "gcp": METHOD_STYLES["gcp"] | {"marker": ""},
-    "geodesic_cubic": {"color": "#56B4E9", "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": ""},
-    "initial_point_bvp": METHOD_STYLES["initial_point_bvp"] | {"markerfacecolor": "white"},
-    "midpoint_bvp": METHOD_STYLES["midpoint_bvp"] | {"markerfacecolor": "white"},
+    "geodesic_cubic": {"color": SKY, "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": ""},
+    "initial_point_bvp": METHOD_STYLES["initial_point_bvp"] | {"markerfacecolor": BACKGROUND},
+    "midpoint_bvp": METHOD_STYLES["midpoint_bvp"] | {"markerfacecolor": BACKGROUND},
 }
 BARS: Final = ("initial_point_bvp", "midpoint_bvp", "gcp", "geodesic_cubic")
 
@@ -97,7 +98,7 @@ def figure(comparison: Comparison) -> Figure:
     curves = _curves(experiment)
     trajectories = Trajectories(experiment)
     columns = trajectories.columns
-    new = figure_style.new_figure(7.2, 8.8)
+    new = figure_style.new_figure(figure_style.PAGE, 8.8)
     grid = figure_style.grid(new, 3, columns, (1.5, 0.2, 1.2, 0.3), height_ratios=[1.2, 0.75, 1.0], hspace=0.48)
     for column in range(columns):
         sphere = new.add_subplot(grid[0, column], projection="3d", computed_zorder=False)

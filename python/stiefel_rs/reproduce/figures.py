@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from .. import figure_style
+from ..palette import BACKGROUND
 from . import experiments, flows
 from .experiments import ALL_METHODS, EXPERIMENTS, MAPS, SPHERE, STIEFEL_3_2, ErrorRow, Experiment
 from .paper_figures import step_axis
@@ -32,7 +33,7 @@ def draw_error(rows: list[ErrorRow], methods: tuple[str, ...] = ALL_METHODS, *, 
     for method in methods:
         order = experiments.slope(rows, method)
         label = LABELS[method] if order is None else f"{LABELS[method]}, slope {order:.2f}"
-        ax.loglog(h, [r.errors[method] for r in rows], label=label, markerfacecolor="white", **STYLES[method])
+        ax.loglog(h, [r.errors[method] for r in rows], label=label, markerfacecolor=BACKGROUND, **STYLES[method])
     ax.grid(**figure_style.GRID)
 
 
@@ -50,7 +51,7 @@ def draw_zoom(rows: list[ErrorRow], *, ax: Axes) -> None:
 
 def error_figure(experiment: Experiment, rows: list[ErrorRow]) -> Figure:
     """Log-log figure of the mean errors of every method on one experiment."""
-    figure = figure_style.new_figure(7.2, 5.2)
+    figure = figure_style.new_figure(figure_style.PAGE, 5.2)
     grid = figure_style.grid(figure, 1, 1, (0.8, 2.35, 0.6, 0.35))
     ax = figure.add_subplot(grid[0, 0])
     draw_error(rows, ax=ax)
@@ -65,7 +66,7 @@ def error_figure(experiment: Experiment, rows: list[ErrorRow]) -> Figure:
 
 def _flow_figure(draw: Callable[[Axes, Experiment, flows.Drift, dict[str, Any]], None], top: float) -> Figure:
     """Two panels, one for each manifold; `draw` draws one discrete flow into one panel."""
-    figure = figure_style.new_figure(7.2, 3.9)
+    figure = figure_style.new_figure(figure_style.PAGE, 3.9)
     grid = figure_style.grid(figure, 1, 2, (0.9, 0.2, 1.05, top), wspace=0.12)
     left = figure.add_subplot(grid[0, 0])
     right = figure.add_subplot(grid[0, 1], sharey=left)
@@ -73,7 +74,7 @@ def _flow_figure(draw: Callable[[Axes, Experiment, flows.Drift, dict[str, Any]],
     for ax, experiment in zip((left, right), EXPERIMENTS, strict=True):
         for step_map in MAPS:
             for steps, dashes in zip(flows.FLOW_STEPS, ((0, (4, 2)), "-"), strict=True):
-                style = STYLES[f"{step_map}_ivp"] | {"linestyle": dashes, "markerfacecolor": "white"}
+                style = STYLES[f"{step_map}_ivp"] | {"linestyle": dashes, "markerfacecolor": BACKGROUND}
                 style |= {"label": f"{MAP_LABELS[step_map]}, N = {steps}", "markevery": max(1, steps // 10)}
                 if steps == flows.FLOW_STEPS[-1]:
                     style["markerfacecolor"] = style["color"]

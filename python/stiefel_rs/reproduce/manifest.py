@@ -89,7 +89,7 @@ def build(folder: Path, written: Iterable[Path], settings: dict[str, Any]) -> di
     """
     kinds: dict[str, set[Path]] = {"tables": set(), "measured": set(), "figures": set()}
     for path in written:
-        figure = path.suffix in (".png", ".pdf")
+        figure = path.suffix in (".png", ".svg", ".pdf")
         kinds["measured" if path.name in MEASURED else "figures" if figure else "tables"].add(path)
     made = {"settings": {"seed": retractions.SEED, **settings}, **environment()}
     return {"format": FORMAT, "run": made, **{kind: _digests(folder, paths) for kind, paths in kinds.items()}}

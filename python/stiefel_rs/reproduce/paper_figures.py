@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from .. import figure_style
+from ..palette import BACKGROUND
 from . import experiments
 from .experiments import SPHERE, Array, ErrorRow, Experiment
 from .paper_tables import PANELS
@@ -26,16 +27,15 @@ ZOOMS: Final = {"initial_point_bvp": 1.4, "midpoint_bvp": 1.5}
 
 
 def draw_errors(experiment: Experiment, rows: list[ErrorRow], *, ax: Axes) -> None:
-    """Draw the paper's three mean errors against the step, log-log, with the fitted slopes in the legend."""
+    """Draw the paper's three mean errors against the step, log-log, with the fitted slopes in the labels."""
     h = [r.h for r in rows]
     for method, name in PAPER_LABELS.items():
         order = experiments.slope(rows, method)
         label = name if order is None else f"{name}, slope {order:.2f}"
-        ax.loglog(h, [r.errors[method] for r in rows], label=label, markerfacecolor="white", **PAPER_STYLES[method])
+        ax.loglog(h, [r.errors[method] for r in rows], label=label, markerfacecolor=BACKGROUND, **PAPER_STYLES[method])
     step_axis(h, ax=ax)
     ax.set_ylabel("mean Frobenius error (dimensionless)")
     ax.set_title(experiment.title)
-    ax.legend(loc="lower right")
 
 
 def step_axis(h: list[float], *, ax: Axes) -> None:
@@ -53,9 +53,11 @@ def step_axis(h: list[float], *, ax: Axes) -> None:
 
 def error_figure(experiment: Experiment, rows: list[ErrorRow]) -> Figure:
     """Figure 3a or 3b."""
-    figure = figure_style.new_figure(4.8, 4.2)
-    grid = figure_style.grid(figure, 1, 1, (0.8, 0.15, 0.6, 0.35))
-    draw_errors(experiment, rows, ax=figure.add_subplot(grid[0, 0]))
+    figure = figure_style.new_figure(figure_style.COLUMN, 3.6)
+    grid = figure_style.grid(figure, 1, 1, (0.62, 0.08, 1.05, 0.25))
+    ax = figure.add_subplot(grid[0, 0])
+    draw_errors(experiment, rows, ax=ax)
+    figure.legend(*ax.get_legend_handles_labels(), loc="lower center", frameon=False)
     return figure
 
 
@@ -79,7 +81,7 @@ def draw_zoom(trajectories: Trajectories, half_width: float, *, ax: Axes) -> Non
         style = _style(method)
         ax.plot(*places.T, **style)
         marker = STYLES[method].get("marker", "o")
-        ax.plot(*places[len(curve) // 2], marker=marker, color=style["color"], markerfacecolor="white", linestyle="")
+        ax.plot(*places[len(curve) // 2], marker=marker, color=style["color"], markerfacecolor=BACKGROUND, linestyle="")
     ax.set(xlim=np.array([-1e3, 1e3]) * half_width, ylim=np.array([-1e3, 1e3]) * half_width, aspect="equal")
     ax.grid(**figure_style.GRID)
 
@@ -87,7 +89,7 @@ def draw_zoom(trajectories: Trajectories, half_width: float, *, ax: Axes) -> Non
 def trajectory_figure() -> Figure:
     """Figure 1: the curves on the sphere, and two zooms at their middle, where they lie on each other."""
     trajectories = Trajectories(SPHERE)
-    figure = figure_style.new_figure(7.2, 3.5)
+    figure = figure_style.new_figure(figure_style.PAGE, 3.5)
     sphere = figure.add_axes((0.0, 0.12, 0.44, 0.80), projection="3d", computed_zorder=False)
     trajectories.draw_column(0, tuple(PAPER_LABELS), ax=sphere)
     curves = _curves(trajectories)
@@ -102,7 +104,7 @@ def trajectory_figure() -> Figure:
             ax.set_ylabel("across (1/1000 radius)", labelpad=1)
     handles = []
     for method in curves:
-        style = PAPER_STYLES[method] | {"markerfacecolor": "white", "marker": STYLES[method].get("marker", "o")}
+        style = PAPER_STYLES[method] | {"markerfacecolor": BACKGROUND, "marker": STYLES[method].get("marker", "o")}
         label = LABELS[method] if method == "reference" else PAPER_LABELS[method]
         label += f", N = {TRAJECTORY_STEPS}" if method.endswith("bvp") else ""
         handles += ax.plot([], [], label=label, **style)

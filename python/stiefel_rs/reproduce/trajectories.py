@@ -15,6 +15,7 @@ from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
 from .. import figure_style
 from ..figure_sphere import draw_sphere
+from ..palette import BACKGROUND, INK
 from . import experiments
 from .experiments import METHODS, Array, Experiment
 from .styles import STYLES, TIME_LABEL
@@ -47,7 +48,7 @@ class Trajectories:
 
     def _plot(self, method: str, ax: Axes, *values: Array, **options: Any) -> None:
         label = LABELS[method] if method == "gcp" else f"{LABELS[method]}, N = {TRAJECTORY_STEPS}"
-        style = STYLES[method] | ({"marker": ""} if method == "gcp" else {"markerfacecolor": "white"})
+        style = STYLES[method] | ({"marker": ""} if method == "gcp" else {"markerfacecolor": BACKGROUND})
         ax.plot(*values, label=label, **(style | options))
 
     def draw_column(
@@ -66,7 +67,7 @@ class Trajectories:
         side = np.cross(view, reference[-1] - reference[0])
         side *= 0.2 / np.linalg.norm(side)
         for point, text in ((reference[0], "start"), (reference[-1], "end")):
-            ax.plot(*(point + np.outer([0.25, 0.7], side)).T, color="black", linewidth=0.7, zorder=5)
+            ax.plot(*(point + np.outer([0.25, 0.7], side)).T, color=INK, linewidth=0.7, zorder=5)
             ax.text(*(point + 1.2 * side), text, ha="center", va="bottom", zorder=6)
 
     def draw_strip(self, column: int, *, ax: Axes) -> None:
@@ -118,7 +119,7 @@ def trajectory_figure(experiment: Experiment) -> Figure:
     """One row for each column of the curves (on the sphere, and the strip around it), then distance against time."""
     trajectories = Trajectories(experiment)
     rows = trajectories.columns + 1
-    figure = figure_style.new_figure(7.2, 3.5 * rows)
+    figure = figure_style.new_figure(figure_style.PAGE, 3.5 * rows)
     heights = [1.25] * (rows - 1) + [1.0]
     grid = figure_style.grid(
         figure, rows, 2, (0.85, 0.15, 1.05, 0.3), height_ratios=heights, width_ratios=[1.3, 1], hspace=0.3
@@ -132,7 +133,7 @@ def trajectory_figure(experiment: Experiment) -> Figure:
         trajectories.draw_strip(column, ax=strip)
         if rows > 2:
             strip.set_title(f"column {column + 1}, offset from the reference")
-            sphere.set_title(f"column {column + 1}")
+            sphere.set_title(f"column {column + 1}", loc="left")
     trajectories.draw_distance(ax=figure.add_subplot(grid[-1, :]))
     figure.legend(*strip.get_legend_handles_labels(), loc="lower center", ncols=3, frameon=False)
     return figure
