@@ -136,10 +136,8 @@ def slope(x: Sequence[float], y: Sequence[float]) -> float:
 
 def cost_table(costs: list[Cost]) -> str:
     """Times of a step."""
-    rows = [
-        (f"St({c.n},{c.k})", c.rows, *(duration(seconds) for seconds in c.step.values()), c.taylor_steps) for c in costs
-    ]
-    return table(rows, ("manifold", "r", *costs[0].step, "Taylor steps timed"))
+    rows = [(f"St({c.n},{c.k})", c.rows, *(duration(seconds) for seconds in c.step.values())) for c in costs]
+    return table(rows, ("manifold", "r", *costs[0].step))
 
 
 def cost_text(costs: list[Cost]) -> str:

@@ -168,7 +168,6 @@ class Cost:
 
     n: int
     k: int
-    taylor_steps: int
     step: dict[str, float]
 
     @property
@@ -200,7 +199,7 @@ def _step_times(n: int, k: int, rounds: int) -> Cost:
     step[EMBEDDED] = (best[f"{EMBEDDED}:{many}"] - best[f"{EMBEDDED}:{few}"]) / (many - few)
     short, long = (taylor(data, t).steps for t in TAYLOR_SPAN)
     step["Taylor"] = (best["Taylor:2"] - best["Taylor:1"]) / (long - short)
-    return Cost(n, k, long - short, step)
+    return Cost(n, k, step)
 
 
 def costs(sizes: tuple[tuple[int, int], ...], rounds: int) -> list[Cost]:
