@@ -73,7 +73,7 @@ def test_no_progress_bar_in_a_pipe(quick):
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_figures_are_in_print_size_as_png_svg_and_pdf(quick, name):
+def test_figures_are_png_svg_and_pdf(quick, name):
     png, svg, pdf = ((quick[0] / "figures" / f"{name}.{suffix}").read_bytes() for suffix in ("png", "svg", "pdf"))
     assert png.startswith(b"\x89PNG\r\n") and len(png) > 20_000
     # The width in pixels, and the resolution in pixels for a metre.

@@ -87,7 +87,10 @@ FIGURES: Final = (
         "Figure 1",
         "Trajectories on the sphere: Runge-Kutta, de Casteljau, retraction based.",
         ("reproduce.paper_figures.trajectory_figure",),
-        ("test_reproduce.py::test_figures_are_png_and_pdf", "test_paper_figures.py::test_zooms_show_the_curves_apart"),
+        (
+            "test_reproduce.py::test_figures_are_png_svg_and_pdf",
+            "test_paper_figures.py::test_zooms_show_the_curves_apart",
+        ),
         (
             report.FIGURE_1,
             report.TRAJECTORY_FRAME,
