@@ -1,0 +1,119 @@
+"""Curves at the times at which the page draws them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import Curve, Stiefel
+from ..errors import StiefelError
+
+Array = NDArray[np.float64]
+# Samples of a curve: as many as keep its chords below 0.05, even if it is quickest between those that are counted from.
+CHORD: Final = 0.045
+COARSE: Final = 500
+MIN_SAMPLES: Final = 101
+MAX_SAMPLES: Final = 2001
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """One curve at the times of the page.
+
+    Attributes
+    ----------
+    points : ndarray, shape (T, 3, k)
+    speed : ndarray, shape (T,)
+        Canonical length of the velocity, in rad/s.
+    acceleration : ndarray, shape (T,), or None
+        Canonical length of the covariant acceleration, in rad/s^2; None for a curve whose velocity jumps.
+    cost : float or None
+        Integral of the squared acceleration, in rad^2/s^3; None where it is infinite.
+    length : float
+        In rad.
+    """
+
+    points: Array
+    speed: Array
+    acceleration: Array | None
+    cost: float | None
+    length: float
+
+
+class Sampler(Protocol):
+    """A curve that can be drawn."""
+
+    def points(self, t: Array) -> Array:
+        """Return its points at times in ascending order, shape ``(T, 3, k)``."""
+
+    def sampled(self, t: Array) -> Sampled:
+        """Return all that is drawn of it."""
+
+
+@dataclass(frozen=True)
+class Smooth:
+    """A curve of the library."""
+
+    curve: Curve
+
+    def points(self, t: Array) -> Array:
+        """Return its points."""
+        return np.asarray(self.curve(t))
+
+    def sampled(self, t: Array) -> Sampled:
+        """Return points, lengths of the derivatives, cost and length."""
+        curve, S = self.curve, self.points(t)
+        norm = Stiefel(curve.n, curve.k).norm
+        speed, acceleration = np.asarray(norm(S, curve.velocity(t))), np.asarray(norm(S, curve.acceleration(t)))
+        # By the trapezoidal rule: the exact arc_length takes longer than all the rest.
+        length = float(np.sum(np.diff(t) * (speed[1:] + speed[:-1]) / 2))
+        return Sampled(S, speed, acceleration, curve.cost(), length)
+
+
+Found = dict[str, Sampler | StiefelError]
+Drawn = dict[str, Sampled | StiefelError]
+
+
+def times(found: Found, knots: Array) -> Array:
+    """Times for drawing the curves, from the first knot to the last, as close as the quickest of them needs.
+
+    Inner knots stand there twice: what jumps has its value before the knot at the first of them.
+    """
+    coarse = np.linspace(knots[0], knots[-1], COARSE + 1)
+    chords = [
+        np.linalg.norm(np.diff(curve.points(coarse), axis=0), axis=1).max()
+        for curve in found.values()
+        if not isinstance(curve, StiefelError)
+    ]
+    count = int(np.clip(np.ceil(max(chords, default=0.0) * COARSE / CHORD) + 1, MIN_SAMPLES, MAX_SAMPLES))
+    even = np.setdiff1d(np.linspace(knots[0], knots[-1], count), knots[1:-1])
+    return np.sort(np.concatenate([even, np.repeat(knots[1:-1], 2)]))
+
+
+def sample(found: Found, t: Array) -> Drawn:
+    """Return the curves at the given times; errors stay."""
+    return {name: curve if isinstance(curve, StiefelError) else curve.sampled(t) for name, curve in found.items()}
+
+
+def apart(found: Drawn) -> Array | None:
+    """Angle in rad between the two curves, shape ``(T,)``; None if one of them is missing.
+
+    Between points on the sphere it is their distance, between frames that of the rotation that takes one to the other.
+    """
+    drawn = [curve for curve in found.values() if isinstance(curve, Sampled)]
+    if len(drawn) < 2:
+        return None
+    difference = _whole(drawn[0].points) - _whole(drawn[1].points)
+    # |R - Q| = 2 sqrt(2) sin(angle / 2) for rotations, 2 sin(angle / 2) for points.
+    longest = 2.0 if difference.shape[-1] == 1 else 2 * np.sqrt(2)
+    return np.asarray(2 * np.arcsin(np.clip(np.linalg.norm(difference, axis=(1, 2)) / longest, 0, 1)))
+
+
+def _whole(points: Array) -> Array:
+    """Give frames of two columns their third, the cross product."""
+    if points.shape[-1] != 2:
+        return points
+    return np.concatenate([points, np.cross(points[..., 0], points[..., 1])[..., None]], axis=-1)

@@ -1,0 +1,50 @@
+"use strict";
+/** The numbers of both curves, and the boxes that show or hide them. */
+Explore.table = (body, app) => {
+  const { element } = Explore.controls;
+  const { three, UNITS } = Explore.numbers;
+  const SVG = ["http:", "", "www.w3.org", "2000", "svg"].join("/");
+  let rows = {};
+
+  function swatch(name) {
+    const svg = document.createElementNS(SVG, "svg");
+    const line = document.createElementNS(SVG, "line");
+    Object.entries({ x1: 0, x2: 30, y1: 6, y2: 6, class: `line-${name}` }).forEach(([key, value]) => line.setAttribute(key, value));
+    svg.setAttribute("class", "swatch");
+    svg.setAttribute("aria-hidden", "true");
+    svg.append(line);
+    return svg;
+  }
+
+  function row(name, title, place) {
+    const box = element("input", { type: "checkbox", id: `show-${name}`, checked: true });
+    box.addEventListener("change", () => app.showCurve(name, box.checked));
+    const label = element("label", {}, box, swatch(place), element("span", { textContent: title }));
+    const cells = ["cost", "length", "speed"].map((what) => element("td", { id: `${what}-${name}` }));
+    body.append(element("tr", {}, element("th", { scope: "row" }, label), ...cells));
+    return Object.fromEntries(["cost", "length", "speed"].map((what, i) => [what, cells[i]]));
+  }
+
+  function write(cells, curve) {
+    if (curve.error) {
+      Object.values(cells).forEach((cell) => { cell.textContent = "none"; });
+      return;
+    }
+    cells.cost.textContent = curve.cost === null ? "∞" : three(curve.cost);
+    cells.cost.title = curve.cost === null ? "The velocity jumps at the keyframes" : `${three(curve.cost)} ${UNITS.cost}`;
+    cells.length.textContent = three(curve.length);
+    cells.speed.textContent = three(curve.speed.reduce((most, x) => Math.max(most, x), 0));
+  }
+
+  return {
+    open(curves) {
+      body.replaceChildren();
+      rows = Object.fromEntries(Object.entries(curves).map(([name, title], i) => [name, row(name, title, i ? "other" : "main")]));
+    },
+    show(answer, largest, took) {
+      Object.entries(rows).forEach(([name, cells]) => write(cells, answer.curves[name]));
+      largest.textContent = answer.angle ? Explore.numbers.with(answer.angle.reduce((most, x) => Math.max(most, x), 0), "rad") : "none";
+      took.textContent = app.latency.length ? `drag to curve ${three(app.latency[app.latency.length - 1])} ms` : "";
+    },
+  };
+};
