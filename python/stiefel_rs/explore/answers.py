@@ -17,7 +17,7 @@ from ..errors import InvalidInputError, StiefelError
 from . import keyframes, two_ends
 from .kinds import KINDS
 from .messages import plain
-from .sampling import Array, Drawn, Found, Sampled, apart, sample, times
+from .sampling import Array, Drawn, Found, Sampled, apart, path_times, profile_times, sample
 
 FIELDS: Final = {two_ends.Ends: {"kind", "angle", "v0", "v1"}, keyframes.Keyframes: {"kind", "t", "values", "ends"}}
 
@@ -103,9 +103,9 @@ def answer(request: dict[str, Any]) -> dict[str, Any]:
         A number is out of its range.
     """
     found, knots = compute(request)
-    t = times(found, knots)
-    drawn = sample(found, t)
-    reply = {"t": text(t), "curves": _curves(drawn), "angle": None}
+    path, profile = path_times(found, knots), profile_times(knots)
+    drawn = sample(found, path, profile)
+    reply = {"t": text(path), "profile_t": text(profile), "curves": _curves(drawn), "angle": None}
     if (angle := apart(drawn)) is not None:
         reply |= {"angle": text(angle)}
     kind = KINDS[request["kind"]]

@@ -63,7 +63,7 @@ class _Table:
         self.errors: dict[int, dict[str, str]] = {}
 
     def set(self, node: int, kind: Ends, v0: tuple[float, ...], v1: tuple[float, ...], t: Array) -> None:
-        found = sample(find(kind, kind.angle, v0, v1), t)
+        found = sample(find(kind, kind.angle, v0, v1), t, t)
         rows: list[Array | None] = []
         for i, (name, curve) in enumerate(found.items()):
             if isinstance(curve, Sampled):

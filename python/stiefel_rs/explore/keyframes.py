@@ -162,10 +162,10 @@ class Slerp:
         found = one * self.values[piece] + other * self.values[piece + 1]
         return found[:, :, None] if found.shape[1] == 3 else _matrices(found)
 
-    def sampled(self, t: Array) -> Sampled:
+    def sampled(self, path: Array, profile: Array) -> Sampled:
         """Return points and speed; the acceleration is zero but for the jumps of the velocity."""
-        speed = (self.turns / np.diff(self.t))[self._pieces(t)]
-        return Sampled(self.points(t), speed, None, None, float(self.turns.sum()))
+        speed = (self.turns / np.diff(self.t))[self._pieces(profile)]
+        return Sampled(self.points(path), speed, None, None, float(self.turns.sum()))
 
 
 def _matrices(quaternions: Array) -> Array:

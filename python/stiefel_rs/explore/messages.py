@@ -21,9 +21,10 @@ def plain(curve: str, error: StiefelError) -> str:
         one = error.knot + 1
         return f"No {name}: keyframes {one} and {one + 1} are opposite, and every way round is as short. Move one."
     if isinstance(error, OutsideDomainError):
-        return f"No {name}: the ends are opposite, and every way round is as short. Move one, or change a velocity."
+        return f"No {name}: it joins points that are opposite here, and every way round is as short. Change an arrow."
     if isinstance(error, InvalidInputError):
         return f"No {name}: a velocity is too long for it. Shorten an arrow."
     if isinstance(error, ConvergenceError):
-        return f"No {name} was found here: the search ended without one. Try smaller velocities or nearer keyframes."
+        advice = "Move a keyframe, or give it more time." if curve == "spline" else "Try shorter arrows."
+        return f"No {name} was found here. {advice}"
     return f"No {name} here."

@@ -17,6 +17,7 @@ CHORD: Final = 0.045
 COARSE: Final = 500
 MIN_SAMPLES: Final = 101
 MAX_SAMPLES: Final = 2001
+PROFILE: Final = 81
 
 
 @dataclass(frozen=True)
@@ -26,9 +27,10 @@ class Sampled:
     Attributes
     ----------
     points : ndarray, shape (T, 3, k)
-    speed : ndarray, shape (T,)
-        Canonical length of the velocity, in rad/s.
-    acceleration : ndarray, shape (T,), or None
+        At the times of the path.
+    speed : ndarray, shape (P,)
+        Canonical length of the velocity, in rad/s, at the times of the profiles.
+    acceleration : ndarray, shape (P,), or None
         Canonical length of the covariant acceleration, in rad/s^2; None for a curve whose velocity jumps.
     cost : float or None
         Integral of the squared acceleration, in rad^2/s^3; None where it is infinite.
@@ -49,8 +51,8 @@ class Sampler(Protocol):
     def points(self, t: Array) -> Array:
         """Return its points at times in ascending order, shape ``(T, 3, k)``."""
 
-    def sampled(self, t: Array) -> Sampled:
-        """Return all that is drawn of it."""
+    def sampled(self, path: Array, profile: Array) -> Sampled:
+        """Return all that is drawn of it: points at the first times, lengths of derivatives at the second."""
 
 
 @dataclass(frozen=True)
@@ -63,25 +65,32 @@ class Smooth:
         """Return its points."""
         return np.asarray(self.curve(t))
 
-    def sampled(self, t: Array) -> Sampled:
+    def sampled(self, path: Array, profile: Array) -> Sampled:
         """Return points, lengths of the derivatives, cost and length."""
-        curve, S = self.curve, self.points(t)
+        curve, t, S = self.curve, profile, self.points(profile)
         norm = Stiefel(curve.n, curve.k).norm
         speed, acceleration = np.asarray(norm(S, curve.velocity(t))), np.asarray(norm(S, curve.acceleration(t)))
         # By the trapezoidal rule: the exact arc_length takes longer than all the rest.
         length = float(np.sum(np.diff(t) * (speed[1:] + speed[:-1]) / 2))
-        return Sampled(S, speed, acceleration, curve.cost(), length)
+        return Sampled(self.points(path), speed, acceleration, curve.cost(), length)
 
 
 Found = dict[str, Sampler | StiefelError]
 Drawn = dict[str, Sampled | StiefelError]
 
 
-def times(found: Found, knots: Array) -> Array:
-    """Times for drawing the curves, from the first knot to the last, as close as the quickest of them needs.
+def profile_times(knots: Array) -> Array:
+    """Times for graphs of speed and acceleration, from the first knot to the last.
 
-    Inner knots stand there twice: what jumps has its value before the knot at the first of them.
+    Inner knots stand there twice: what jumps has its value before the knot at the first of them. The acceleration takes
+    most of the time of an answer, so that there are fewer of these than times of a path.
     """
+    even = np.setdiff1d(np.linspace(knots[0], knots[-1], PROFILE), knots[1:-1])
+    return np.sort(np.concatenate([even, np.repeat(knots[1:-1], 2)]))
+
+
+def path_times(found: Found, knots: Array) -> Array:
+    """Equidistant times and the knots, as close as the quickest of the curves needs."""
     coarse = np.linspace(knots[0], knots[-1], COARSE + 1)
     chords = [
         np.linalg.norm(np.diff(curve.points(coarse), axis=0), axis=1).max()
@@ -89,17 +98,19 @@ def times(found: Found, knots: Array) -> Array:
         if not isinstance(curve, StiefelError)
     ]
     count = int(np.clip(np.ceil(max(chords, default=0.0) * COARSE / CHORD) + 1, MIN_SAMPLES, MAX_SAMPLES))
-    even = np.setdiff1d(np.linspace(knots[0], knots[-1], count), knots[1:-1])
-    return np.sort(np.concatenate([even, np.repeat(knots[1:-1], 2)]))
+    return np.union1d(np.linspace(knots[0], knots[-1], count), knots)
 
 
-def sample(found: Found, t: Array) -> Drawn:
+def sample(found: Found, path: Array, profile: Array) -> Drawn:
     """Return the curves at the given times; errors stay."""
-    return {name: curve if isinstance(curve, StiefelError) else curve.sampled(t) for name, curve in found.items()}
+    return {
+        name: curve if isinstance(curve, StiefelError) else curve.sampled(path, profile)
+        for name, curve in found.items()
+    }
 
 
 def apart(found: Drawn) -> Array | None:
-    """Angle in rad between the two curves, shape ``(T,)``; None if one of them is missing.
+    """Angle in rad between the two curves, at the times of the path; None if one of them is missing.
 
     Between points on the sphere it is their distance, between frames that of the rotation that takes one to the other.
     """

@@ -26,6 +26,8 @@ Explore.body = (() => {
     return [...walls, { corners: other, paint }, { corners: [...one].reverse(), paint }];
   }
 
+  const strut = (way) => box([-0.02, Math.min(0.13 * way, 0.2 * way), -0.012], [0.02, Math.max(0.13 * way, 0.2 * way), 0.012], "hull");
+
   function panel(y0, y1) {
     const cells = [];
     const count = 3;
@@ -36,34 +38,38 @@ Explore.body = (() => {
     return cells;
   }
 
-  const FACES = [
-    ...box([-0.2, -0.13, -0.13], [0.2, 0.13, 0.13], "hull"),
-    ...cone(0.2, 0.34, 0.12, 0.035, "nose"),
-    ...cone(-0.2, -0.27, 0.05, 0.09, "nose"),
-    ...panel(0.2, 0.58),
-    ...panel(-0.2, -0.58),
-    ...box([-0.02, 0.13, -0.012], [0.02, 0.2, 0.012], "hull"),
-    ...box([-0.02, -0.2, -0.012], [0.02, -0.13, 0.012], "hull"),
-    ...box([-0.05, -0.05, 0.13], [0.05, 0.05, 0.2], "nose"),
+  // Convex parts, each beyond one side of the hull: those on sides that point away are painted before it.
+  const PARTS = [
+    { side: [0, 0, 0], faces: box([-0.2, -0.13, -0.13], [0.2, 0.13, 0.13], "hull") },
+    { side: [1, 0, 0], faces: cone(0.2, 0.34, 0.12, 0.035, "nose") },
+    { side: [-1, 0, 0], faces: cone(-0.2, -0.27, 0.05, 0.09, "nose") },
+    { side: [0, 0, 1], faces: box([-0.05, -0.05, 0.13], [0.05, 0.05, 0.2], "nose") },
+    ...[1, -1].map((way) => ({ side: [0, way, 0], faces: [...strut(way), ...panel(0.2 * way, 0.58 * way)] })),
   ];
 
-  const REACH = 0.6;
+  const REACH = 0.62;
   const moved = (axes, [x, y, z], size) => plus(plus(scaled(axes[0], size * x), axes[1], size * y), axes[2], size * z);
 
-  function seen(cam, axes, size) {
-    const faces = FACES.map(({ corners, paint }) => {
+  function seenOf(faces, cam, axes, size) {
+    const found = faces.map(({ corners, paint }) => {
       const points = corners.map((point) => moved(axes, point, size));
       const normal = unit(cross(plus(points[1], points[0], -1), plus(points[2], points[0], -1)));
       const centre = scaled(points.reduce((sum, point) => plus(sum, point)), 1 / points.length);
       return { points, normal, depth: dot(centre, cam.front), paint };
     });
-    return faces.filter(({ normal }) => dot(normal, cam.front) > 0).sort((a, b) => a.depth - b.depth);
+    return found.filter(({ normal }) => dot(normal, cam.front) > 0).sort((a, b) => a.depth - b.depth);
+  }
+
+  /** Faces that point to the reader, those behind first. */
+  function seen(cam, axes, size) {
+    const parts = PARTS.map(({ side, faces }) => ({ faces, depth: cam.depth(moved(axes, side, 1)) }));
+    return parts.sort((a, b) => a.depth - b.depth).flatMap(({ faces }) => seenOf(faces, cam, axes, size));
   }
 
   /** Paint of a face in the light, which comes from above on the left of the reader. */
   function shaded(name, normal, cam) {
     const light = unit(plus(plus(scaled(cam.front, 0.75), cam.up, 0.6), cam.right, -0.35));
-    const bright = 0.42 + 0.58 * Math.max(0, dot(normal, light));
+    const bright = 0.68 + 0.32 * Math.max(0, dot(normal, light));
     const [r, g, b] = colour(name).split(" ").map(Number);
     return `rgb(${[r, g, b].map((x) => Math.round(Math.min(255, x * bright))).join(" ")})`;
   }

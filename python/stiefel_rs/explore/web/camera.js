@@ -2,19 +2,17 @@
 /** The view of the unit sphere: parallel projection from a direction, in pixels of the stage. */
 Explore.camera = (() => {
   const { dot, plus, scaled } = Explore.vectors;
-  // Half of the picture in radii of the sphere: arrows reach outside.
-  const HALF = 1.3;
   const HIGHEST = 1.5;
 
-  /** Camera for a view { azimuth, elevation } and the size of a picture. */
-  function make({ azimuth: a, elevation: e }, width, height, half = HALF) {
+  /** Camera for a view { azimuth, elevation } and a picture, of which half is so many radii of the sphere. */
+  function make({ azimuth: a, elevation: e }, width, height, half) {
     const right = [-Math.sin(a), Math.cos(a), 0];
     const up = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
     const front = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
     const radius = Math.min(width, height) / (2 * half);
     const place = (point) => [width / 2 + radius * dot(point, right), height / 2 - radius * dot(point, up)];
     return {
-      right, up, front, radius, width, height, place,
+      right, up, front, radius, width, height, half, place,
       depth: (point) => dot(point, front),
       /** Point of the sphere at a place, on the near or the far half; the nearest one of the rim outside. */
       onSphere([x, y], near) {

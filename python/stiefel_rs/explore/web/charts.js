@@ -1,7 +1,7 @@
 "use strict";
 /** Small graphs against time, with a line at the present time; clicking on one goes to that time. */
 Explore.charts = (() => {
-  const EDGE = { left: 46, right: 12, top: 8, bottom: 20 };
+  const EDGE = { left: 40, right: 16, top: 6, bottom: 18 };
   const colour = (name) => Explore.theme.colour(name);
 
   /** Distance of the ticks, so that there are at most five. */

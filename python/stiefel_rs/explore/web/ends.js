@@ -125,6 +125,8 @@ Explore.ends = (app, name, info, solver) => {
   return {
     hint: "Drag the tip of an arrow. Drag elsewhere to turn the view.",
     slow: 0.25,
+    // Half of the picture in radii of the sphere: arrows reach outside of it.
+    half: 1.22,
     span: () => [0, 1],
     request: () => ({ kind: name, angle: state.angle, v0: state.velocities[0], v1: state.velocities[1] }),
     received: (answer) => { shown = answer; },

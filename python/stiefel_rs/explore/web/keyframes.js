@@ -11,6 +11,7 @@ Explore.keyframes = (app, name, info, solver) => {
   const scene = {
     hint: fixed ? "Drag to turn the view." : "",
     slow: 1,
+    half: 1.09,
     state, fixed,
     span: () => [state.t[0], state.t[state.t.length - 1]],
     request: () => ({ kind: name, t: state.t, values: state.values, ends: state.ends }),

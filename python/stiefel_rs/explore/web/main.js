@@ -56,7 +56,7 @@ Explore.app = (() => {
       const series = id === "angle"
         ? [{ values: answer.angle, colour: "between" }]
         : curves.filter(([curve, , shown]) => shown && !curve.error).map(([curve, look]) => ({ values: curve[id], ...look }));
-      chart.paint(answer.t, series.filter(({ values }) => values), app.player.time());
+      chart.paint(id === "angle" ? answer.t : answer.profileT, series.filter(({ values }) => values), app.player.time());
     }
   }
 
@@ -175,9 +175,10 @@ Explore.app = (() => {
     $("reset").addEventListener("click", reset);
     $("theme").addEventListener("click", Explore.theme.toggle);
     $("present").addEventListener("click", () => {
-      document.body.classList.toggle("present");
+      $("present").setAttribute("aria-pressed", document.body.classList.toggle("present"));
       app.repaint();
     });
+    document.addEventListener("pointerdown", () => app.status.say("limit", ""), { capture: true });
     Explore.theme.whenChanged(app.repaint);
     new ResizeObserver(app.repaint).observe($("stage"));
     document.addEventListener("keydown", (event) => {

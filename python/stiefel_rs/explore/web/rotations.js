@@ -56,7 +56,8 @@ Explore.rotations = (app, scene) => {
     }
   };
 
-  scene.valueRows = () => [element("div", { className: "turns" }, element("span", { textContent: `turn by ${STEP} rad` }),
+  scene.valueRows = () => [element("div", { className: "row turns" }, element("span", { textContent: `turn ${STEP} rad` }),
+    element("div", {}, 
     ...[0, 1, 2].flatMap((axis) => [-1, 1].map((sign) => {
       const label = `Turn about the body's ${"xyz"[axis]} axis by ${sign < 0 ? "−" : ""}${STEP} rad`;
       const made = button(`${"xyz"[axis]} ${sign < 0 ? "−" : "+"}`, label, () => {
@@ -68,7 +69,7 @@ Explore.rotations = (app, scene) => {
       }, `turn-${"xyz"[axis]}${sign < 0 ? "-minus" : ""}`);
       made.classList.add(`axis-${"xyz"[axis]}`);
       return made;
-    })))];
+    }))))];
 
   /** Axes of the keyframe that is turned now: the body follows at once, not with the curve. */
   scene.standing = () => (scene.editing() ? axesOf(selected()) : null);

@@ -12,7 +12,7 @@ Explore.solver = (() => {
     const curves = Object.fromEntries(Object.entries(answer.curves).map(([name, curve]) => [name, curve.error ? curve : {
       ...curve, points: floats(curve.points), speed: floats(curve.speed), acceleration: floats(curve.acceleration),
     }]));
-    return { ...answer, t: floats(answer.t), curves, angle: floats(answer.angle) };
+    return { ...answer, t: floats(answer.t), profileT: floats(answer.profile_t), curves, angle: floats(answer.angle) };
   }
 
   /** A server on this machine. */
@@ -67,7 +67,7 @@ Explore.solver = (() => {
         }];
       }));
       const angle = Object.keys(errors).length ? null : profile(node, rows - 1);
-      return { t, start: grid.start, end: grid.end, curves, angle };
+      return { t, profileT: t, start: grid.start, end: grid.end, curves, angle };
     };
   }
 

@@ -26,9 +26,9 @@ Explore.sphere = (() => {
   /** The ball and the lines behind. */
   function back(ctx, cam) {
     const [x, y, r] = [cam.width / 2, cam.height / 2, cam.radius];
-    const glow = ctx.createRadialGradient(x, y, r * 0.98, x, y, r * 1.22);
+    const glow = ctx.createRadialGradient(x, y, r * 0.98, x, y, r * Math.min(1.2, cam.half));
     glow.addColorStop(0, colour("halo"));
-    glow.addColorStop(1, "transparent");
+    glow.addColorStop(1, colour("halo-end"));
     ctx.fillStyle = glow;
     ctx.fillRect(0, 0, cam.width, cam.height);
     const ball = ctx.createRadialGradient(x - 0.38 * r, y - 0.46 * r, 0.08 * r, x, y, r);
@@ -69,6 +69,7 @@ Explore.sphere = (() => {
   /** The way that a point has just come, fading. */
   function tail(ctx, cam, path, look) {
     style(ctx, colour(look.colour), look.width);
+    ctx.lineCap = "butt";
     for (let i = 1; i < path.length; i += 1) {
       const part = i / path.length;
       const [[x1, y1], [x2, y2]] = [cam.place(path[i - 1]), cam.place(path[i])];

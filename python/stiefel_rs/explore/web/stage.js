@@ -2,7 +2,7 @@
 /** The picture: sphere, curves, the frame or body that moves, and the marks of the scene. */
 Explore.stage = (canvas, app) => {
   const { sphere, samples } = Explore;
-  const OTHER = { colour: "other", width: 2.4, dash: [7, 5] };
+  const OTHER = { colour: "other", width: 2, dash: [7, 5] };
   const TAIL = 0.14;
 
   function looks(columns, main) {
@@ -54,7 +54,7 @@ Explore.stage = (canvas, app) => {
   return {
     camera() {
       const box = canvas.getBoundingClientRect();
-      return Explore.camera.make(app.view(), box.width, box.height);
+      return Explore.camera.make(app.view(), box.width, box.height, app.scene().half);
     },
     paint() {
       const ctx = Explore.canvas.cleared(canvas);

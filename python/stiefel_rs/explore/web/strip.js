@@ -7,7 +7,7 @@ Explore.strip = (row, app) => {
 
   function turn(index, place, from) {
     app.touched();
-    app.scene().roll(app.camera(), index, place, from, bodies[index].clientWidth / 2.6);
+    app.scene().roll(app.camera(), index, place, from, bodies[index].clientWidth / 1.7);
     app.status.say("limit", "");
     app.changed();
   }
@@ -72,8 +72,8 @@ Explore.strip = (row, app) => {
         made.setAttribute("aria-label", `Keyframe ${index + 1}: turn with the arrow keys`);
         made.title = scene.fixed ? "" : "Drag to turn; Delete removes";
         const ctx = Explore.canvas.cleared(made.firstChild);
-        const camera = Explore.camera.make(app.view(), size, size, 1.12);
-        Explore.body.withAxes(ctx, camera, Explore.vectors.axesOf(values[index]), { size: 1.25, width: 2, head: 6, reach: 0.98 });
+        const camera = Explore.camera.make(app.view(), size, size, 0.86);
+        Explore.body.withAxes(ctx, camera, Explore.vectors.axesOf(values[index]), { size: 1.15, width: 2, head: 6, reach: 0.8 });
       });
     },
   };
