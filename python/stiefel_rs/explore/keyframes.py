@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._core import CubicSpline
 from ..errors import InvalidInputError, OutsideDomainError, StiefelError
 from ..rotation import RotationSpline
-from .sampling import Array, Found, Sampled, Smooth
+from .sampling import Array, Found, Sampled, Sampler, Smooth
 
 # Limits of the page. Times are in s.
 DURATION: Final = 6.0
@@ -103,8 +105,12 @@ def read(kind: Keyframes, t: Any, values: Any) -> tuple[Array, Array]:
 
 def find(kind: Keyframes, t: Array, values: Array, end_conditions: str) -> Found:
     """Spline and shortest ways through the keyframes of `read`; where there is none, the error that says why."""
+    makers: dict[str, Callable[[], Sampler]] = {
+        "spline": lambda: _spline(t, values, end_conditions),
+        "slerp": lambda: Slerp(t, values),
+    }
     found: Found = {}
-    for name, make in {"spline": lambda: _spline(t, values, end_conditions), "slerp": lambda: Slerp(t, values)}.items():
+    for name, make in makers.items():
         try:
             found[name] = make()
         except StiefelError as error:
@@ -115,8 +121,7 @@ def find(kind: Keyframes, t: Array, values: Array, end_conditions: str) -> Found
 def _spline(t: Array, values: Array, end_conditions: Any) -> Smooth:
     if values.shape[1] == 3:
         return Smooth(CubicSpline(t, values[:, :, None], end_conditions))
-    curve = RotationSpline(t, values, end_conditions).curve
-    return Smooth(curve)
+    return Smooth(RotationSpline(t, values, end_conditions).curve)
 
 
 class Slerp:
@@ -129,12 +134,11 @@ class Slerp:
     """
 
     def __init__(self, t: Array, values: Array) -> None:
-        self.t, self.values = t, values.copy()
+        self.t, self.values = t, values
         if values.shape[1] == 4:
             # Quaternions of opposite signs are the same rotation: each takes the sign that is nearer to its neighbour.
-            for one, other in zip(self.values, self.values[1:], strict=False):
-                if one @ other < 0:
-                    other *= -1
+            turned = np.sum(values[1:] * values[:-1], axis=1) < 0
+            self.values = values * np.cumprod(np.where([False, *turned], -1.0, 1.0))[:, None]
         chord = np.linalg.norm(np.diff(self.values, axis=0), axis=1)
         self.angles = 2 * np.arcsin(np.clip(chord / 2, 0, 1))
         if (opposite := np.flatnonzero(self.angles > np.pi - OPPOSITE)).size:
@@ -144,11 +148,11 @@ class Slerp:
         # A quaternion turns half as fast as its rotation.
         self.turns = self.angles * (2 if values.shape[1] == 4 else 1)
 
-    def _pieces(self, t: Array) -> Array:
+    def _pieces(self, t: Array) -> NDArray[np.intp]:
         """Index of the piece at each time; of two equal times, the first is on the piece before."""
         piece = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2)
         piece[:-1][np.diff(t) == 0] -= 1
-        return piece
+        return np.asarray(piece, dtype=np.intp)
 
     def points(self, t: Array) -> Array:
         """Return points or rotation matrices."""

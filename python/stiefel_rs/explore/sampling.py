@@ -18,6 +18,8 @@ COARSE: Final = 500
 MIN_SAMPLES: Final = 101
 MAX_SAMPLES: Final = 2001
 PROFILE: Final = 81
+# Part of a curve's duration by which times of a graph differ from a knot, if they are not that knot.
+SAME_TIME: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -79,18 +81,24 @@ Found = dict[str, Sampler | StiefelError]
 Drawn = dict[str, Sampled | StiefelError]
 
 
+def _between(knots: Array, count: int) -> Array:
+    """Return those of `count` equidistant times that are no knots, but for round-off."""
+    even = np.linspace(knots[0], knots[-1], count)
+    nearest = np.abs(even[:, None] - knots).min(axis=1)
+    return even[nearest > SAME_TIME * (knots[-1] - knots[0])]
+
+
 def profile_times(knots: Array) -> Array:
-    """Times for graphs of speed and acceleration, from the first knot to the last.
+    """Return times for graphs of speed and acceleration, from the first knot to the last.
 
     Inner knots stand there twice: what jumps has its value before the knot at the first of them. The acceleration takes
     most of the time of an answer, so that there are fewer of these than times of a path.
     """
-    even = np.setdiff1d(np.linspace(knots[0], knots[-1], PROFILE), knots[1:-1])
-    return np.sort(np.concatenate([even, np.repeat(knots[1:-1], 2)]))
+    return np.sort(np.concatenate([_between(knots, PROFILE), knots[[0, -1]], np.repeat(knots[1:-1], 2)]))
 
 
 def path_times(found: Found, knots: Array) -> Array:
-    """Equidistant times and the knots, as close as the quickest of the curves needs."""
+    """Return equidistant times and the knots, as close as the quickest of the curves needs."""
     coarse = np.linspace(knots[0], knots[-1], COARSE + 1)
     chords = [
         np.linalg.norm(np.diff(curve.points(coarse), axis=0), axis=1).max()
@@ -98,7 +106,7 @@ def path_times(found: Found, knots: Array) -> Array:
         if not isinstance(curve, StiefelError)
     ]
     count = int(np.clip(np.ceil(max(chords, default=0.0) * COARSE / CHORD) + 1, MIN_SAMPLES, MAX_SAMPLES))
-    return np.union1d(np.linspace(knots[0], knots[-1], count), knots)
+    return np.sort(np.concatenate([_between(knots, count), knots]))
 
 
 def sample(found: Found, path: Array, profile: Array) -> Drawn:

@@ -47,7 +47,9 @@ class Ends:
 
 KINDS: Final = {
     "sphere": Ends("Point to point", 1, ("along", "across"), 7.0, 1.6, ((-1.0, 3.0), (-1.0, -3.0))),
-    "frame": Ends("Frame to frame", 2, ("about x", "about y", "about z"), 6.0, 1.2, ((0.0, 1.5, 1.5), (-1.5, 1.5, -1.5))),
+    "frame": Ends(
+        "Frame to frame", 2, ("about x", "about y", "about z"), 6.0, 1.2, ((0.0, 1.5, 1.5), (-1.5, 1.5, -1.5))
+    ),
 }
 
 

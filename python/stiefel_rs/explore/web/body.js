@@ -26,17 +26,10 @@ Explore.body = (() => {
     return [...walls, { corners: other, paint }, { corners: [...one].reverse(), paint }];
   }
 
-  const strut = (way) => box([-0.02, Math.min(0.13 * way, 0.2 * way), -0.012], [0.02, Math.max(0.13 * way, 0.2 * way), 0.012], "hull");
+  /** Flat box between two distances along y, which may be negative. */
+  const plate = (half, a, b, paint) => box([-half, Math.min(a, b), -0.012], [half, Math.max(a, b), 0.012], paint);
 
-  function panel(y0, y1) {
-    const cells = [];
-    const count = 3;
-    for (let i = 0; i < count; i += 1) {
-      const [a, b] = [y0 + ((y1 - y0) * i) / count, y0 + ((y1 - y0) * (i + 1)) / count];
-      cells.push(...box([-0.15, Math.min(a, b), -0.012], [0.15, Math.max(a, b), 0.012], "panel"));
-    }
-    return cells;
-  }
+  const panel = (edges) => edges.slice(1).flatMap((edge, i) => plate(0.15, edges[i], edge, "panel"));
 
   // Convex parts, each beyond one side of the hull: those on sides that point away are painted before it.
   const PARTS = [
@@ -44,7 +37,10 @@ Explore.body = (() => {
     { side: [1, 0, 0], faces: cone(0.2, 0.34, 0.12, 0.035, "nose") },
     { side: [-1, 0, 0], faces: cone(-0.2, -0.27, 0.05, 0.09, "nose") },
     { side: [0, 0, 1], faces: box([-0.05, -0.05, 0.13], [0.05, 0.05, 0.2], "nose") },
-    ...[1, -1].map((way) => ({ side: [0, way, 0], faces: [...strut(way), ...panel(0.2 * way, 0.58 * way)] })),
+    ...[1, -1].map((way) => ({
+      side: [0, way, 0],
+      faces: [...plate(0.02, 0.13 * way, 0.2 * way, "hull"), ...panel([0.2, 0.327, 0.453, 0.58].map((y) => y * way))],
+    })),
   ];
 
   const REACH = 0.62;
@@ -90,7 +86,8 @@ Explore.body = (() => {
         Object.assign(ctx, { strokeStyle: colour(ghost), lineWidth: 1.1, globalAlpha: 0.75 });
       } else {
         const fill = shaded(`body-${paint}`, normal, cam);
-        Object.assign(ctx, { fillStyle: fill, strokeStyle: paint === "panel" ? colour("body-line") : fill, lineWidth: 0.8 });
+        const edge = paint === "panel" ? colour("body-line") : fill;
+        Object.assign(ctx, { fillStyle: fill, strokeStyle: edge, lineWidth: 0.8 });
         ctx.fill();
       }
       ctx.stroke();

@@ -35,8 +35,8 @@ Explore.charts = (() => {
   }
 
   function axes(ctx, scale, span, top) {
-    Object.assign(ctx, { lineWidth: 1, strokeStyle: colour("line"), fillStyle: colour("soft"), font: `11px ${colour("font")}` });
-    Object.assign(ctx, { textAlign: "right", textBaseline: "middle" });
+    Object.assign(ctx, { lineWidth: 1, strokeStyle: colour("line"), fillStyle: colour("soft") });
+    Object.assign(ctx, { font: `11px ${colour("font")}`, textAlign: "right", textBaseline: "middle" });
     ctx.setLineDash([]);
     ctx.beginPath();
     const rows = ticks(0, top, 3);

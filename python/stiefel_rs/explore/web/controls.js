@@ -9,12 +9,12 @@ Explore.controls = (() => {
   }
 
   /** A slider; `changed(value)` may answer with what to say about a limit. Its `write(value)` shows a value. */
-  function slider({ id, name, unit, range, colour }, app, changed) {
+  function slider({ id, name, unit, range }, app, changed) {
     const input = element("input", { type: "range", id, ...range });
     const output = element("output");
     output.htmlFor = id;
-    const row = element("div", { className: "row" }, element("label", { htmlFor: id, textContent: name }), input, output);
-    if (colour) row.classList.add(colour);
+    const label = element("label", { htmlFor: id, textContent: name });
+    const row = element("div", { className: "row" }, label, input, output);
     const write = (value) => {
       input.value = value;
       output.textContent = Explore.numbers.with(value, unit);
@@ -39,10 +39,11 @@ Explore.controls = (() => {
   }
 
   function choice(id, name, options, changed) {
-    const select = element("select", { id }, ...Object.entries(options).map(([value, textContent]) =>
-      element("option", { value, textContent })));
+    const made = Object.entries(options).map(([value, textContent]) => element("option", { value, textContent }));
+    const select = element("select", { id }, ...made);
     select.addEventListener("change", () => changed(select.value));
-    return { row: element("div", { className: "row" }, element("label", { htmlFor: id, textContent: name }), select), select };
+    const label = element("label", { htmlFor: id, textContent: name });
+    return { row: element("div", { className: "row" }, label, select), select };
   }
 
   return { element, slider, group, button, choice };

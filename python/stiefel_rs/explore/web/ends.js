@@ -29,7 +29,8 @@ Explore.ends = (app, name, info, solver) => {
 
   /** Set a velocity; what is beyond the range stays at its end, which is said. */
   function set(end, wanted) {
-    const over = wanted.findIndex((x, i) => Math.abs(x) > highest(i) + (axes ? 0.75 * (axes[i][1] - axes[i][0]) : 1e-9));
+    const slack = (i) => (axes ? 0.75 * (axes[i][1] - axes[i][0]) : 1e-9);
+    const over = wanted.findIndex((x, i) => Math.abs(x) > highest(i) + slack(i));
     const kept = wanted.map((x, i) => clamped(Math.round(x * 1000) / 1000, -highest(i), highest(i)));
     state.velocities = state.velocities.map((old, i) => (i === end ? snapped(kept) : old));
     if (over < 0) {
@@ -54,7 +55,8 @@ Explore.ends = (app, name, info, solver) => {
     // A tangent plane seen from its edge: what cannot be seen is changed as little as possible.
     const det = A[0][0] * A[1][1] - A[0][1] * A[1][0];
     const damping = Math.abs(det) < 0.2 * s * s ? 0.04 * s * s : 0;
-    const M = [0, 1].map((i) => [0, 1].map((k) => A[0][i] * A[0][k] + A[1][i] * A[1][k] + (i === k ? damping : 0)));
+    const gram = (i, k) => A[0][i] * A[0][k] + A[1][i] * A[1][k] + (i === k ? damping : 0);
+    const M = [0, 1].map((i) => [0, 1].map((k) => gram(i, k)));
     const r = [0, 1].map((i) => A[0][i] * dx + A[1][i] * dy);
     const d = M[0][0] * M[1][1] - M[0][1] * M[1][0];
     const next = [...state.velocities[end]];
@@ -63,7 +65,8 @@ Explore.ends = (app, name, info, solver) => {
     return set(end, next);
   }
 
-  const each = (visit) => ENDS.flatMap((side, end) => Array.from({ length: info.columns }, (_, j) => visit(side, end, j)));
+  const each = (visit) =>
+    ENDS.flatMap((side, end) => Array.from({ length: info.columns }, (_, j) => visit(side, end, j)));
 
   function handles(cam) {
     if (!shown) return [];
@@ -97,17 +100,21 @@ Explore.ends = (app, name, info, solver) => {
     });
   }
 
+  function parameterSlider(end, index) {
+    const step = axes ? axes[index][1] - axes[index][0] : 0.05;
+    const range = { min: -highest(index), max: highest(index), step };
+    const look = { id: `${ENDS[end]}-${index}`, name: info.parameters[index], unit: speed, range };
+    const made = slider(look, app, (value) =>
+      set(end, state.velocities[end].map((old, i) => (i === index ? value : old))));
+    sliders.push(() => made.write(state.velocities[end][index]));
+    return made.row;
+  }
+
   function panel() {
     sliders = [];
     const what = info.columns > 1 ? "Angular velocity" : "Velocity";
-    const groups = ENDS.map((side, end) => group(`${what} at the ${side}`, side, ...info.parameters.map((parameter, index) => {
-      const step = axes ? axes[index][1] - axes[index][0] : 0.05;
-      const range = { min: -highest(index), max: highest(index), step };
-      const made = slider({ id: `${side}-${index}`, name: parameter, unit: speed, range }, app, (value) =>
-        set(end, state.velocities[end].map((old, i) => (i === index ? value : old))));
-      sliders.push(() => made.write(state.velocities[end][index]));
-      return made.row;
-    })));
+    const groups = ENDS.map((side, end) =>
+      group(`${what} at the ${side}`, side, ...info.parameters.map((_, index) => parameterSlider(end, index))));
     if (!axes) groups.push(group("Between the ends", "angle", angleSlider()));
     return groups;
   }
@@ -131,7 +138,8 @@ Explore.ends = (app, name, info, solver) => {
     request: () => ({ kind: name, angle: state.angle, v0: state.velocities[0], v1: state.velocities[1] }),
     received: (answer) => { shown = answer; },
     reset() {
-      Object.assign(state, { angle: info.angle, velocities: info.velocities.map((v) => snapped([...v])), limits: new Set() });
+      const velocities = info.velocities.map((v) => snapped([...v]));
+      Object.assign(state, { angle: info.angle, velocities, limits: new Set() });
     },
     handles, marks, panel,
     write: () => sliders.forEach((write) => write()),

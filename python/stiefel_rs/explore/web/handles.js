@@ -90,13 +90,15 @@ Explore.handles = (layer, app) => {
         const entry = made.get(handle.key) ?? make(handle);
         entry.handle = handle;
         const { element } = entry;
-        const state = ["held", "limit"].filter((name) => element.classList.contains(name));
-        element.className = ["handle", handle.kind, handle.far ? "far" : "", handle.selected ? "selected" : "", ...state].join(" ");
+        element.classList.add("handle", ...handle.kind.split(" "));
+        element.classList.toggle("far", Boolean(handle.far));
+        element.classList.toggle("selected", Boolean(handle.selected));
         element.textContent = handle.text ?? "";
         element.setAttribute("aria-label", handle.label);
         element.title = handle.label;
         if (handle.size) element.style.width = element.style.height = `${handle.size}px`;
-        element.style.transform = `translate(${handle.place[0]}px, ${handle.place[1]}px) translate(-50%, -50%)`;
+        const [x, y] = handle.place;
+        element.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
       }
     },
     /** Whether something is being dragged. */

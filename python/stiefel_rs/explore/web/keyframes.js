@@ -5,6 +5,8 @@ Explore.keyframes = (app, name, info, solver) => {
   const { slider, group, button, choice } = Explore.controls;
   const seconds = (x) => Explore.numbers.with(x, "s");
   const state = { t: [], values: [], selected: 0, ends: "natural" };
+  // Times are multiples of 0.01 s; what is that near to a limit has not met it.
+  const ROUNDING = 0.006;
   const fixed = solver.fixed(name);
   let sliders = [];
 
@@ -17,7 +19,8 @@ Explore.keyframes = (app, name, info, solver) => {
     request: () => ({ kind: name, t: state.t, values: state.values, ends: state.ends }),
     received: () => {},
     reset() {
-      Object.assign(state, { t: [...info.t], values: info.values.map((value) => [...value]), selected: 0, ends: "natural" });
+      const values = info.values.map((value) => [...value]);
+      Object.assign(state, { t: [...info.t], values, selected: 0, ends: "natural" });
     },
     write: () => sliders.forEach((write) => write()),
     limits: { duration: info.duration },
@@ -48,13 +51,12 @@ Explore.keyframes = (app, name, info, solver) => {
     const standing = scene.editing() && state.selected === index;
     state.t[index] = time;
     if (standing) app.player.seek(time);
-    if (wanted < least - 0.006) {
-      return index ? `Keyframe ${index + 1} stays ${seconds(info.gap)} after keyframe ${index}.` : "Times begin at 0 s.";
+    const stays = `Keyframe ${index + 1} stays ${seconds(info.gap)}`;
+    if (wanted < least - ROUNDING) {
+      return index ? `${stays} after keyframe ${index}.` : "Times begin at 0 s.";
     }
-    if (wanted > most + 0.006) {
-      return index < state.t.length - 1
-        ? `Keyframe ${index + 1} stays ${seconds(info.gap)} before keyframe ${index + 2}.`
-        : `Times end at ${seconds(info.duration)}.`;
+    if (wanted > most + ROUNDING) {
+      return index < state.t.length - 1 ? `${stays} before keyframe ${index + 2}.` : `Times end at ${seconds(most)}.`;
     }
     return "";
   };
@@ -106,13 +108,16 @@ Explore.keyframes = (app, name, info, solver) => {
   }
 
   function edit() {
-    const legend = group("", "keyframe", timeSlider(), ...scene.valueRows());
-    sliders.push(() => { legend.firstChild.textContent = `Keyframe ${state.selected + 1} of ${state.t.length}`; });
-    return legend;
+    const fields = group("", "keyframe", timeSlider(), ...scene.valueRows());
+    sliders.push(() => {
+      fields.firstChild.textContent = `Keyframe ${state.selected + 1} of ${state.t.length}`;
+    });
+    return fields;
   }
 
   function actions() {
-    const ends = choice("end-conditions", "ends", { natural: "free (natural)", clamped: "at rest (clamped)" }, (value) => {
+    const conditions = { natural: "free (natural)", clamped: "at rest (clamped)" };
+    const ends = choice("end-conditions", "ends", conditions, (value) => {
       state.ends = value;
       app.changed();
     });

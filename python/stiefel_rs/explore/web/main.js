@@ -4,6 +4,7 @@ Explore.app = (() => {
   const $ = (id) => document.getElementById(id);
   const config = JSON.parse($("config").textContent);
   const solver = Explore.solver.for(config);
+  const GONE = "The program that computes has ended. Start stiefel-rs explore again.";
   const FIRST_VIEW = { azimuth: 0.25, elevation: 0.35 };
   const scenes = {};
   const hidden = new Set();
@@ -51,12 +52,14 @@ Explore.app = (() => {
 
   function paintCharts() {
     if (!answer) return;
-    const curves = Object.keys(app.info().curves).map((name, i) => [answer.curves[name], LOOKS[i], app.isShown(name)]);
+    const names = Object.keys(app.info().curves);
+    const curves = names.map((name, i) => ({ name, curve: answer.curves[name], look: LOOKS[i] }))
+      .filter(({ name, curve }) => app.isShown(name) && !curve.error);
     for (const [id, chart] of charts) {
-      const series = id === "angle"
-        ? [{ values: answer.angle, colour: "between" }]
-        : curves.filter(([curve, , shown]) => shown && !curve.error).map(([curve, look]) => ({ values: curve[id], ...look }));
-      chart.paint(id === "angle" ? answer.t : answer.profileT, series.filter(({ values }) => values), app.player.time());
+      const [t, series] = id === "angle"
+        ? [answer.t, [{ values: answer.angle, colour: "between" }]]
+        : [answer.profileT, curves.map(({ curve, look }) => ({ values: curve[id], ...look }))];
+      chart.paint(t, series.filter(({ values }) => values), app.player.time());
     }
   }
 
@@ -95,8 +98,7 @@ Explore.app = (() => {
         if (since !== null) app.latency.push(performance.now() - since);
         table.show(answer, $("angle-max"), $("took"));
       } catch (error) {
-        const gone = error instanceof TypeError;
-        app.status.say("problem", gone ? "The program that computes has ended. Start stiefel-rs explore again." : error.message);
+        app.status.say("problem", error instanceof TypeError ? GONE : error.message);
       }
     }
     asking = false;
@@ -135,7 +137,8 @@ Explore.app = (() => {
   function buildTabs() {
     const { element } = Explore.controls;
     for (const [name, { title }] of Object.entries(config.kinds)) {
-      const input = element("input", { type: "radio", name: "kind", value: name, id: `kind-${name}`, checked: name === kind });
+      const input = element("input", { type: "radio", name: "kind", value: name, id: `kind-${name}` });
+      input.checked = name === kind;
       input.addEventListener("change", () => open(name));
       $("kinds").append(input, element("label", { htmlFor: input.id, textContent: title }));
     }

@@ -44,7 +44,8 @@ Explore.rotations = (app, scene) => {
     };
     if (!scene.editing()) return [body];
     const tips = axesOf(selected()).map((tip, axis) => ({
-      key: `tip-${axis}`, kind: `tip axis-${"xyz"[axis]}`, label: `Tip of the ${"xyz"[axis]} axis, keyframe ${state.selected + 1}`,
+      key: `tip-${axis}`, kind: `tip axis-${"xyz"[axis]}`,
+      label: `Tip of the ${"xyz"[axis]} axis, keyframe ${state.selected + 1}`,
       place: cam.place(tip), far: cam.depth(tip) < 0, move: (place) => moveTip(cam, axis, place),
     }));
     return [body, ...tips];
@@ -56,20 +57,24 @@ Explore.rotations = (app, scene) => {
     }
   };
 
-  scene.valueRows = () => [element("div", { className: "row turns" }, element("span", { textContent: `turn ${STEP} rad` }),
-    element("div", {}, 
-    ...[0, 1, 2].flatMap((axis) => [-1, 1].map((sign) => {
-      const label = `Turn about the body's ${"xyz"[axis]} axis by ${sign < 0 ? "−" : ""}${STEP} rad`;
-      const made = button(`${"xyz"[axis]} ${sign < 0 ? "−" : "+"}`, label, () => {
-        scene.select(state.selected);
-        spin(state.selected, axesOf(selected())[axis], sign * STEP);
-        app.touched();
-        app.status.say("limit", "");
-        app.changed();
-      }, `turn-${"xyz"[axis]}${sign < 0 ? "-minus" : ""}`);
-      made.classList.add(`axis-${"xyz"[axis]}`);
-      return made;
-    }))))];
+  function turnButton(axis, sign) {
+    const label = `Turn about the body's ${"xyz"[axis]} axis by ${sign < 0 ? "−" : ""}${STEP} rad`;
+    const made = button(`${"xyz"[axis]} ${sign < 0 ? "−" : "+"}`, label, () => {
+      scene.select(state.selected);
+      spin(state.selected, axesOf(selected())[axis], sign * STEP);
+      app.touched();
+      app.status.say("limit", "");
+      app.changed();
+    }, `turn-${"xyz"[axis]}${sign < 0 ? "-minus" : ""}`);
+    made.classList.add(`axis-${"xyz"[axis]}`);
+    return made;
+  }
+
+  scene.valueRows = () => {
+    const buttons = [0, 1, 2].flatMap((axis) => [-1, 1].map((sign) => turnButton(axis, sign)));
+    const name = element("span", { textContent: `turn ${STEP} rad` });
+    return [element("div", { className: "row turns" }, name, element("div", {}, ...buttons))];
+  };
 
   /** Axes of the keyframe that is turned now: the body follows at once, not with the curve. */
   scene.standing = () => (scene.editing() ? axesOf(selected()) : null);

@@ -35,7 +35,8 @@ Explore.samples = (() => {
     return { index: low, part: step > 0 ? Explore.vectors.clamped((time - t[low]) / step, 0, 1) : 0 };
   }
 
-  const mixed = (path, { index, part }) => plus(scaled(path[index], 1 - part), path[Math.min(index + 1, path.length - 1)], part);
+  const mixed = (path, { index, part }) =>
+    plus(scaled(path[index], 1 - part), path[Math.min(index + 1, path.length - 1)], part);
 
   /** Axes of the moving frame: of frames their own; of points a carried tangent vector, its neighbour, the normal. */
   function axes(curve, columns, t, time) {

@@ -9,9 +9,12 @@ Explore.solver = (() => {
   const floats = (text) => (text === null ? null : numbers(text, Float32Array));
 
   function decoded(answer) {
-    const curves = Object.fromEntries(Object.entries(answer.curves).map(([name, curve]) => [name, curve.error ? curve : {
-      ...curve, points: floats(curve.points), speed: floats(curve.speed), acceleration: floats(curve.acceleration),
-    }]));
+    const curves = Object.fromEntries(Object.entries(answer.curves).map(([name, curve]) => {
+      const { points, speed, acceleration } = curve;
+      return [name, curve.error ? curve : {
+        ...curve, points: floats(points), speed: floats(speed), acceleration: floats(acceleration),
+      }];
+    }));
     return { ...answer, t: floats(answer.t), profileT: floats(answer.profile_t), curves, angle: floats(answer.angle) };
   }
 

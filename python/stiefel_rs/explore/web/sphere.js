@@ -19,7 +19,8 @@ Explore.sphere = (() => {
   }
 
   function style(ctx, strokeStyle, lineWidth, { alpha = 1, dash = [] } = {}) {
-    Object.assign(ctx, { strokeStyle, lineWidth, globalAlpha: alpha, lineJoin: "round", lineCap: dash.length ? "butt" : "round" });
+    Object.assign(ctx, { strokeStyle, lineWidth, globalAlpha: alpha, lineJoin: "round" });
+    ctx.lineCap = dash.length ? "butt" : "round";
     ctx.setLineDash(dash);
   }
 
@@ -145,8 +146,9 @@ Explore.sphere = (() => {
   }
 
   function label(ctx, text, [x, y], { colour: name = "ink", align = "left", alpha = 1 } = {}) {
-    Object.assign(ctx, { font: `600 14px ${colour("font")}`, textAlign: align, textBaseline: "middle", lineJoin: "round" });
+    Object.assign(ctx, { font: `600 14px ${colour("font")}`, textAlign: align, textBaseline: "middle" });
     Object.assign(ctx, { globalAlpha: alpha, strokeStyle: colour("ball"), lineWidth: 4, fillStyle: colour(name) });
+    ctx.lineJoin = "round";
     ctx.setLineDash([]);
     ctx.strokeText(text, x, y);
     ctx.fillText(text, x, y);

@@ -35,7 +35,8 @@ Explore.stage = (canvas, app) => {
 
   function frames(ctx, cam, all) {
     const { columns } = app.info();
-    for (const each of all) {
+    // At a keyframe both curves are where its body is.
+    for (const each of app.scene().standing?.() ? [] : all) {
       const axes = moving(each);
       const tips = columns === 1 ? [axes[2]] : axes.slice(0, columns);
       if (!each.main) tips.forEach((tip) => sphere.dot(ctx, cam, tip, 5, "other", { hollow: true }));

@@ -5,8 +5,9 @@ Explore.status = (element) => {
 
   function show() {
     const level = Object.keys(said).find((name) => said[name]) ?? "hint";
-    if (element.textContent !== said[level]) element.textContent = said[level];
-    element.title = said[level];
+    const text = [said.limit, said.problem].filter(Boolean).join(" ") || said[level];
+    if (element.textContent !== text) element.textContent = text;
+    element.title = text;
     element.dataset.level = level;
   }
 

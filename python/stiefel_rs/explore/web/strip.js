@@ -73,7 +73,8 @@ Explore.strip = (row, app) => {
         made.title = scene.fixed ? "" : "Drag to turn; Delete removes";
         const ctx = Explore.canvas.cleared(made.firstChild);
         const camera = Explore.camera.make(app.view(), size, size, 0.86);
-        Explore.body.withAxes(ctx, camera, Explore.vectors.axesOf(values[index]), { size: 1.15, width: 2, head: 6, reach: 0.8 });
+        const axes = Explore.vectors.axesOf(values[index]);
+        Explore.body.withAxes(ctx, camera, axes, { size: 1.15, width: 2, head: 6, reach: 0.8 });
       });
     },
   };

@@ -4,12 +4,14 @@ Explore.table = (body, app) => {
   const { element } = Explore.controls;
   const { three, UNITS } = Explore.numbers;
   const SVG = ["http:", "", "www.w3.org", "2000", "svg"].join("/");
+  const maximum = (values) => values.reduce((most, x) => Math.max(most, x), 0);
   let rows = {};
 
   function swatch(name) {
     const svg = document.createElementNS(SVG, "svg");
     const line = document.createElementNS(SVG, "line");
-    Object.entries({ x1: 0, x2: 30, y1: 6, y2: 6, class: `line-${name}` }).forEach(([key, value]) => line.setAttribute(key, value));
+    const attributes = { x1: 0, x2: 30, y1: 6, y2: 6, class: `line-${name}` };
+    Object.entries(attributes).forEach(([key, value]) => line.setAttribute(key, value));
     svg.setAttribute("class", "swatch");
     svg.setAttribute("aria-hidden", "true");
     svg.append(line);
@@ -31,19 +33,20 @@ Explore.table = (body, app) => {
       return;
     }
     cells.cost.textContent = curve.cost === null ? "∞" : three(curve.cost);
-    cells.cost.title = curve.cost === null ? "The velocity jumps at the keyframes" : `${three(curve.cost)} ${UNITS.cost}`;
+    cells.cost.title = curve.cost === null ? "The velocity jumps at the keyframes" : "";
     cells.length.textContent = three(curve.length);
-    cells.speed.textContent = three(curve.speed.reduce((most, x) => Math.max(most, x), 0));
+    cells.speed.textContent = three(maximum(curve.speed));
   }
 
   return {
     open(curves) {
       body.replaceChildren();
-      rows = Object.fromEntries(Object.entries(curves).map(([name, title], i) => [name, row(name, title, i ? "other" : "main")]));
+      rows = Object.fromEntries(Object.entries(curves).map(([name, title], i) =>
+        [name, row(name, title, i ? "other" : "main")]));
     },
     show(answer, largest, took) {
       Object.entries(rows).forEach(([name, cells]) => write(cells, answer.curves[name]));
-      largest.textContent = answer.angle ? Explore.numbers.with(answer.angle.reduce((most, x) => Math.max(most, x), 0), "rad") : "none";
+      largest.textContent = answer.angle ? `at most ${Explore.numbers.with(maximum(answer.angle), UNITS.angle)}` : "";
       took.textContent = app.latency.length ? `drag to curve ${three(app.latency[app.latency.length - 1])} ms` : "";
     },
   };
