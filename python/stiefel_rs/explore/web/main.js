@@ -57,7 +57,7 @@ Explore.app = (() => {
       .filter(({ name, curve }) => app.isShown(name) && !curve.error);
     for (const [id, chart] of charts) {
       const [t, series] = id === "angle"
-        ? [answer.t, [{ values: answer.angle, colour: "between" }]]
+        ? [answer.angleT, [{ values: answer.angle, colour: "between" }]]
         : [answer.profileT, curves.map(({ curve, look }) => ({ values: curve[id], ...look }))];
       chart.paint(t, series.filter(({ values }) => values), app.player.time());
     }

@@ -1,7 +1,7 @@
 "use strict";
 /** Lines on the unit sphere, and what of them is seen on the near and on the far half. */
 Explore.paths = (() => {
-  const { dot } = Explore.vectors;
+  const { dot, plus, length, unit, clamped } = Explore.vectors;
   // Longest chord of a curve that is drawn, in radii of the sphere. A server sends points as close; grids are coarser.
   const CHORD = 0.05;
 
@@ -56,20 +56,23 @@ Explore.paths = (() => {
     return pieces;
   }
 
-  /** A path with points between its own where these are far apart: by polynomials through four of them. */
-  function fine(path) {
-    const longest = Math.max(...path.slice(1).map((q, i) => Math.hypot(...q.map((x, j) => x - path[i][j]))));
-    const count = longest > CHORD ? Math.ceil(longest / (0.8 * CHORD)) : 1;
-    if (count === 1 || path.length < 4) return path;
+  /** How many pieces a chord of these paths needs, so that none is too long. */
+  function pieces(paths) {
+    const chords = paths.flatMap((path) => path.slice(1).map((q, i) => length(plus(q, path[i], -1))));
+    const longest = Math.max(...chords);
+    return longest > CHORD ? Math.ceil(longest / (0.8 * CHORD)) : 1;
+  }
+
+  /** A path with `count` pieces for each of its chords: by polynomials through four of its points. */
+  function fine(path, count) {
     return Array.from({ length: (path.length - 1) * count + 1 }, (_, index) => {
-      const first = Math.min(Math.max(Math.floor(index / count) - 1, 0), path.length - 4);
+      const first = clamped(Math.floor(index / count) - 1, 0, path.length - 4);
       const x = index / count - first;
       const weights = [0, 1, 2, 3].map((k) =>
         [0, 1, 2, 3].reduce((w, l) => (l === k ? w : (w * (x - l)) / (k - l)), 1));
-      const point = [0, 1, 2].map((i) => weights.reduce((sum, w, k) => sum + w * path[first + k][i], 0));
-      return Explore.vectors.unit(point);
+      return unit([0, 1, 2].map((i) => weights.reduce((sum, w, k) => sum + w * path[first + k][i], 0)));
     });
   }
 
-  return { circle, GRID_LINES, half, fine };
+  return { circle, GRID_LINES, half, pieces, fine };
 })();

@@ -28,7 +28,7 @@ Explore.points = (app, scene) => {
 
   scene.valueRows = () => {
     const rows = [
-      ["longitude", longitude, Math.PI, (value, p) => at(value, latitude(p))],
+      ["longitude", longitude, 3.14, (value, p) => at(value, latitude(p))],
       // Short of the poles, where the longitude would be lost.
       ["latitude", latitude, 1.57, (value, p) => at(longitude(p), value)],
     ];

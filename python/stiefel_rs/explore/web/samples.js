@@ -5,10 +5,12 @@ Explore.samples = (() => {
 
   const row = (points, index, columns, j) => [0, 1, 2].map((i) => points[(index * 3 + i) * columns + j]);
 
+  const read = (points, columns) => Array.from({ length: columns }, (_, j) =>
+    Array.from({ length: points.length / (3 * columns) }, (__, index) => row(points, index, columns, j)));
+
   /** Columns of a curve as paths on the sphere. */
   function paths(curve, columns) {
-    curve.paths ??= Array.from({ length: columns }, (_, j) =>
-      Array.from({ length: curve.points.length / (3 * columns) }, (__, index) => row(curve.points, index, columns, j)));
+    curve.paths ??= read(curve.points, columns);
     return curve.paths;
   }
 
@@ -55,5 +57,5 @@ Explore.samples = (() => {
     return [x, y, cross(x, y)];
   }
 
-  return { paths, locate, axes };
+  return { read, paths, locate, axes };
 })();

@@ -15,7 +15,8 @@ Explore.solver = (() => {
         ...curve, points: floats(points), speed: floats(speed), acceleration: floats(acceleration),
       }];
     }));
-    return { ...answer, t: floats(answer.t), profileT: floats(answer.profile_t), curves, angle: floats(answer.angle) };
+    const [t, profileT] = [floats(answer.t), floats(answer.profile_t)];
+    return { ...answer, t, profileT, angleT: t, curves, angle: floats(answer.angle) };
   }
 
   /** A server on this machine. */
@@ -39,8 +40,18 @@ Explore.solver = (() => {
   const nearest = (axis, x) =>
     axis.reduce((best, value, i) => (Math.abs(value - x) < Math.abs(axis[best] - x) ? i : best), 0);
 
+  /** Give curves of a grid so many points that they are smooth; their profiles stay. */
+  function refined(answer, columns) {
+    const found = Object.values(answer.curves).filter(({ error }) => !error);
+    found.forEach((curve) => { curve.paths = Explore.samples.read(curve.points, columns); });
+    const count = Explore.paths.pieces(found.flatMap(({ paths }) => paths));
+    found.forEach((curve) => { curve.paths = curve.paths.map((path) => Explore.paths.fine(path, count)); });
+    const pieces = (answer.profileT.length - 1) * count;
+    return { ...answer, t: Float32Array.from({ length: pieces + 1 }, (_, i) => i / pieces) };
+  }
+
   /** Curves of one kind between two ends, for velocities of a grid. */
-  function table(grid, names) {
+  function table(grid, names, columns) {
     const [points, profiles] = [numbers(grid.points, Int16Array), numbers(grid.profiles, Int16Array)];
     const [scales, totals] = [numbers(grid.scales, Float64Array), numbers(grid.numbers, Float64Array)];
     const m = grid.samples;
@@ -70,7 +81,7 @@ Explore.solver = (() => {
         }];
       }));
       const angle = Object.keys(errors).length ? null : profile(node, rows - 1);
-      return { t, profileT: t, start: grid.start, end: grid.end, curves, angle };
+      return refined({ profileT: t, angleT: t, start: grid.start, end: grid.end, curves, angle }, columns);
     };
   }
 
@@ -78,7 +89,7 @@ Explore.solver = (() => {
   function stored({ grids, fixed, kinds }) {
     const tables = {};
     const lookUp = (name, request) => {
-      tables[name] ??= table(grids[name], Object.keys(kinds[name].curves));
+      tables[name] ??= table(grids[name], Object.keys(kinds[name].curves), kinds[name].columns);
       return tables[name](request);
     };
     return {
