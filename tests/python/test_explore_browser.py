@@ -147,6 +147,10 @@ def test_a_missing_curve_is_said_in_words_and_nothing_moves(page, served):
         assert np.array_equal(boxes, after)
         page.click("reset")
         assert page.status()[0] == "hint"
+        page.run("window.fetch = () => Promise.reject(new TypeError('no connection'))")
+        page.slide("start-0", 1)
+        assert page.status() == ["problem", "The program that computes has ended. Start stiefel-rs explore again."]
+        assert np.array_equal(page.box("#stage"), boxes[0])
 
 
 # Keyframes.
@@ -262,7 +266,13 @@ def test_play_moves_the_frame(page, served, kind):
         moved = page.pixels()
         assert page.pixels() == moved
         page.press("#head", "\ue010")
-        assert page.run("return Explore.app.player.time() === Explore.app.scene().span()[1]")
+        assert page.status()[0] == "hint"
+        end = "return Explore.app.player.time() === Explore.app.scene().span()[1]"
+        assert page.run(end)
+        page.run("Explore.app.player.seek(2); Explore.app.repaint()")
+        with page.dragged("#head", (600, 0)):
+            assert page.status()[1].startswith("The curve ends at")
+        assert page.run(end)
 
 
 def test_the_film_begins_by_itself_unless_less_motion_is_wanted(page, served):

@@ -1,4 +1,4 @@
-"""Keyframes at given times: the cubic spline through them, and the shortest way from each to the next."""
+"""Keyframes at given times: the cubic spline through them, and the shortest path from each to the next."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def read(kind: Keyframes, t: Any, values: Any) -> tuple[Array, Array]:
 
 
 def find(kind: Keyframes, t: Array, values: Array, end_conditions: str) -> Found:
-    """Spline and shortest ways through the keyframes of `read`; where there is none, the error that says why."""
+    """Return spline and shortest paths through the keyframes of `read`, or errors where they do not exist."""
     makers: dict[str, Callable[[], Sampler]] = {
         "spline": lambda: _spline(t, values, end_conditions),
         "slerp": lambda: Slerp(t, values),
@@ -125,7 +125,7 @@ def _spline(t: Array, values: Array, end_conditions: Any) -> Smooth:
 
 
 class Slerp:
-    """Constant speed on the shortest way from each keyframe to the next, on the sphere or for rotations.
+    """Constant speed on the shortest path from each keyframe to the next, on the sphere or for rotations.
 
     Raises
     ------
@@ -142,7 +142,7 @@ class Slerp:
         chord = np.linalg.norm(np.diff(self.values, axis=0), axis=1)
         self.angles = 2 * np.arcsin(np.clip(chord / 2, 0, 1))
         if (opposite := np.flatnonzero(self.angles > np.pi - OPPOSITE)).size:
-            error = OutsideDomainError("no unique shortest way joins opposite points", float(self.angles[opposite[0]]))
+            error = OutsideDomainError("no unique shortest path joins opposite points", float(self.angles[opposite[0]]))
             error.knot = int(opposite[0])
             raise error
         # A quaternion turns half as fast as its rotation.

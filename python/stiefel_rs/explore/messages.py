@@ -1,4 +1,4 @@
-"""Why a curve is missing, in words for somebody who drags it: no names of types, no numbers of a solver."""
+"""Explain why a curve does not exist, for a person who drags it: no exception names, no solver numbers."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ NAMES: Final = {
     "cubic": "exact cubic",
     "gcp": "geometric cubic",
     "spline": "cubic spline",
-    "slerp": "shortest ways",
+    "slerp": "curve of shortest paths",
 }
 
 
 def plain(curve: str, error: StiefelError) -> str:
-    """Return one or two sentences on a curve of the page that does not exist."""
+    """Return one or two sentences about a curve of the page that does not exist."""
     name = NAMES[curve]
     if curve in {"spline", "slerp"} and error.knot is not None and isinstance(error, OutsideDomainError):
         one = error.knot + 1
-        return f"No {name}: keyframes {one} and {one + 1} are opposite, and every way round is as short. Move one."
+        text = f"keyframes {one} and {one + 1} are half a turn apart, so the shortest path between them is not unique"
+        return f"No {name}: {text}. Move one of them."
     if isinstance(error, OutsideDomainError):
-        return f"No {name}: it joins points that are opposite here, and every way round is as short. Change an arrow."
+        return f"No {name}: it needs the shortest path between opposite points, which is not unique. Change an arrow."
     if isinstance(error, InvalidInputError):
         return f"No {name}: a velocity is too long for it. Shorten an arrow."
     if isinstance(error, ConvergenceError):

@@ -63,12 +63,16 @@ Explore.app = (() => {
     }
   }
 
-  /** Paint all; between two answers the handles are already where they were dragged to. */
-  app.repaint = () => {
+  /** Paint what is dragged: between two answers the handles are already where the pointer is. */
+  function paintScene() {
     stage.paint();
     handles.show(app.scene().handles(stage.camera()));
     strip.paint();
     timeline.paint();
+  }
+
+  app.repaint = () => {
+    paintScene();
     paintCharts();
   };
 
@@ -107,7 +111,7 @@ Explore.app = (() => {
 
   app.changed = () => {
     app.scene().write();
-    app.repaint();
+    paintScene();
     return refresh();
   };
 

@@ -19,6 +19,11 @@ Explore.timeline = (track, app) => {
   }
 
   function seek(time) {
+    const [first, last] = app.scene().span();
+    const slack = 0.01 * (last - first);
+    const text = (name, end) => `The curve ${name} at ${Explore.numbers.with(end, "s")}.`;
+    const limit = time < first - slack ? text("starts", first) : time > last + slack ? text("ends", last) : "";
+    app.status.say("limit", limit);
     app.player.pause();
     app.player.seek(time);
     app.repaint();
