@@ -1,7 +1,8 @@
 """The page of ``stiefel-rs explore`` in Chromium: times from drag to curve, and the picture of the documentation.
 
-``python -m benchmarks.explore`` drags one handle of each scene and prints times that the page measures, from the pointer
-event to the drawn curve, in ms. ``--picture FILE`` takes the picture instead. Needs selenium, chromium and chromedriver.
+``python -m benchmarks.explore`` drags one handle of each scene and prints the times that the page measures, from the
+event of the pointer to the drawn curve, in ms. ``--picture FILE`` takes the picture instead. Needs selenium, chromium
+and chromedriver.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ import pytest
 from beside import wait_for
 from explore_page import OPTIONS, Page
 from explore_problem import library, running, spline
+from scipy.spatial.transform import Rotation
 
 from stiefel_rs import cli
 from stiefel_rs.explore import grid, keyframes, two_ends
@@ -359,6 +360,28 @@ def test_a_quick_curve_is_drawn_without_kinks_and_gaps(page, served):
             # The curve's own ends alone are loose.
             assert len(one) >= 4 and np.sum(gap > 0) <= 2
             assert np.allclose(np.linalg.norm(one[gap == 0], axis=1), 1, atol=1e-12)
+
+
+def test_rotations_of_the_page_are_those_of_scipy(page, served):
+    """Quaternions to axes and back, half turns among them, products, and the least rotation between vectors."""
+    rng = np.random.default_rng(4)
+    quaternions = np.concatenate([rng.normal(size=(20, 4)), np.eye(4), [[1, 1, 0, 0], [0, 1, -1, 0]]])
+    rotations = Rotation.from_quat(quaternions)
+    a, b = rng.normal(size=(2, 3, 3))
+    b[0] = -a[0]
+    a, b = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (a, b))
+    script = """const v = Explore.vectors;
+    const [q, p] = [arguments[0], arguments[0].toReversed()];
+    return [q.map(v.axesOf), q.map((x) => v.ofAxes(v.axesOf(x))), q.map((x, i) => v.composed(x, p[i])),
+      arguments[1].map((x, i) => v.rotated(v.between(x, arguments[2][i]), x))]"""
+    with page.opened(served.url):
+        unit = rotations.as_quat().tolist()
+        axes, back, products, images = map(np.array, page.run(script, unit, a.tolist(), b.tolist()))
+    # Each axis is a column.
+    assert np.allclose(axes.transpose(0, 2, 1), rotations.as_matrix(), atol=1e-14)
+    assert (Rotation.from_quat(back).inv() * rotations).magnitude().max() < 1e-7
+    assert ((rotations * rotations[::-1]).inv() * Rotation.from_quat(products)).magnitude().max() < 1e-7
+    assert np.allclose(images, b, atol=1e-14)
 
 
 def test_numbers_have_three_digits(page, served):

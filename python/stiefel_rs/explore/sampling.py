@@ -85,7 +85,7 @@ def _between(knots: Array, count: int) -> Array:
     """Return those of `count` equidistant times that are no knots, but for round-off."""
     even = np.linspace(knots[0], knots[-1], count)
     nearest = np.abs(even[:, None] - knots).min(axis=1)
-    return even[nearest > SAME_TIME * (knots[-1] - knots[0])]
+    return np.asarray(even[nearest > SAME_TIME * (knots[-1] - knots[0])])
 
 
 def profile_times(knots: Array) -> Array:

@@ -80,11 +80,11 @@ Explore.ends = (app, name, info, solver) => {
     });
   }
 
-  /** Place of a name: behind the arrow, where it does not hide it. */
-  function beside(cam, [from, to]) {
+  /** Place of a name: behind the arrow, where it does not hide it, and inside of the picture. */
+  function beside(cam, [from, to], width) {
     const [[x1, y1], [x2, y2]] = [cam.place(from), cam.place(to)];
-    const align = x2 > x1 ? "right" : "left";
-    return [[x1 + (x2 > x1 ? -11 : 11), y1 + (y2 > y1 ? -12 : 14)], align];
+    const left = (x2 > x1 && x1 > width) || x1 + width > cam.width;
+    return [[x1 + (left ? -11 : 11), y1 + (y2 > y1 ? -12 : 14)], left ? "right" : "left"];
   }
 
   function marks(ctx, cam) {
@@ -94,8 +94,8 @@ Explore.ends = (app, name, info, solver) => {
       if (state.limits.has(end)) Explore.sphere.stop(ctx, cam, from, to);
       Explore.sphere.arrow(ctx, cam, from, to, { colour: side, width: 3.5, head: 13, alpha });
       Explore.sphere.dot(ctx, cam, from, 5.5, side);
-      const [place, align] = beside(cam, [from, to]);
       const text = info.columns > 1 ? `${side} ${"xy"[j]}` : side;
+      const [place, align] = beside(cam, [from, to], 10 * text.length);
       Explore.sphere.label(ctx, text, place, { colour: side, align, alpha });
     });
   }
