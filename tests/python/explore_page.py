@@ -44,6 +44,9 @@ class Page:
     def text(self, name):
         return self.run("return document.getElementById(arguments[0]).textContent", name)
 
+    def cost(self, curve):
+        return self.run("return document.getElementById(arguments[0]).firstChild.textContent", f"cost-{curve}")
+
     def state(self):
         return self.run("return Explore.app.scene().state")
 

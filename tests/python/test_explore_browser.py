@@ -57,7 +57,7 @@ def static_page(tmp_path_factory):
 
 def three(number):
     """Three digits, as the page writes numbers of this size."""
-    return f"{number:#.3g}".rstrip(".") if number > 1e-9 else "0.00"
+    return f"{number:#.3g}".rstrip(".") if abs(number) > 1e-9 else "0.00"
 
 
 def assert_shows_cubics(page, kind, *, stored=False):
@@ -73,7 +73,9 @@ def assert_shows_cubics(page, kind, *, stored=False):
             assert wrong[::every].max() <= 1 / grid.UNIT and wrong.max() <= 3e-4
         else:
             assert wrong.max() <= SINGLE
-        assert page.text(f"cost-{name}") == three(curve.cost())
+        assert page.cost(name) == three(curve.cost())
+    excess = 100 * (both["gcp"].cost() / both["cubic"].cost() - 1)
+    assert page.text("excess").replace("\u2212", "-") == f"{'+' if excess >= 0 else ''}{three(excess)} %"
 
 
 def assert_shows_spline(page, kind):
@@ -81,7 +83,7 @@ def assert_shows_spline(page, kind):
     curve = spline(kind, state["t"], state["values"], state["ends"])
     t, points = page.curve("spline")
     assert np.abs(points - curve(np.clip(t, *curve.t_span))).max() <= 10 * SINGLE
-    assert page.text("cost-spline") == three(curve.cost())
+    assert page.cost("spline") == three(curve.cost())
 
 
 # Two ends.
@@ -143,7 +145,7 @@ def test_a_missing_curve_is_said_in_words_and_nothing_moves(page, served):
         level, text = page.status()
         assert level == "problem" and text.startswith("No geometric cubic: ")
         assert not re.search("Error|quasi|logarithm", text)
-        assert page.text("cost-gcp") == "none"
+        assert page.cost("gcp") == "none"
         after = [page.box(name) for name in ("#stage", "#numbers", "#controls", "#charts")]
         assert np.array_equal(boxes, after)
         page.click("reset")
@@ -221,13 +223,13 @@ def test_times_are_dragged_up_to_the_neighbours(page, served):
 
 def test_keyframes_are_added_and_removed(page, served):
     with page.opened(served.url, "rotations"):
-        cost = page.text("cost-spline")
+        cost = page.cost("spline")
         page.run("Explore.app.player.seek(2.1)")
         page.click("add")
         state = page.state()
         assert len(state["t"]) == 6 and state["t"][state["selected"]] == 2.1
         # It lies on the curve, which stays nearly the same.
-        assert abs(float(page.text("cost-spline")) - float(cost)) < 0.05 * float(cost)
+        assert abs(float(page.cost("spline")) - float(cost)) < 0.05 * float(cost)
         assert_shows_spline(page, "rotations")
         for _ in range(2):
             page.click("add")
@@ -326,9 +328,9 @@ def test_dark_mode_follows_the_system_and_the_button(page, served):
 
 def test_turning_the_view_changes_nothing_else_and_has_a_limit(page, served):
     with page.opened(served.url, "points"):
-        first, cost, picture = page.state(), page.text("cost-spline"), page.pixels()
+        first, cost, picture = page.state(), page.cost("spline"), page.pixels()
         page.drag("#view", (50, 0), grip=(0, 120))
-        assert page.state() == first and page.text("cost-spline") == cost
+        assert page.state() == first and page.cost("spline") == cost
         assert page.pixels() != picture
         with page.dragged("#view", (0, 700), grip=(-60, 0)):
             assert page.status() == ["limit", "The view is straight above a pole and turns no further."]

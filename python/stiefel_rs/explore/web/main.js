@@ -76,12 +76,16 @@ Explore.app = (() => {
     paintCharts();
   };
 
-  function receive(found, scene) {
+  /** Show an answer to what was touched at a time. */
+  function receive(found, scene, since) {
     answer = found;
     scene.received(found);
     app.player.seek(app.player.time());
     const problems = Object.values(found.curves).map(({ error }) => error).filter(Boolean);
     app.status.say("problem", problems.join(" "));
+    app.repaint();
+    if (since !== null) app.latency.push(performance.now() - since);
+    table.show(answer, $("angle-max"), $("took"));
   }
 
   /** Ask for the curves of the scene: one request at a time; what changes meanwhile is asked for afterwards. */
@@ -94,16 +98,11 @@ Explore.app = (() => {
       again = false;
       const [scene, since] = [app.scene(), touch];
       touch = null;
-      try {
-        const found = await solver.ask(scene.request());
-        if (scene !== app.scene()) continue;
-        receive(found, scene);
-        app.repaint();
-        if (since !== null) app.latency.push(performance.now() - since);
-        table.show(answer, $("angle-max"), $("took"));
-      } catch (error) {
+      // A TypeError of fetch: nobody answers.
+      const found = await solver.ask(scene.request()).catch((error) => {
         app.status.say("problem", error instanceof TypeError ? GONE : error.message);
-      }
+      });
+      if (found && scene === app.scene()) receive(found, scene, since);
     }
     asking = false;
     document.body.dataset.state = "ready";

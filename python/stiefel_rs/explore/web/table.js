@@ -5,6 +5,7 @@ Explore.table = (body, app) => {
   const { three, UNITS } = Explore.numbers;
   const SVG = ["http:", "", "www.w3.org", "2000", "svg"].join("/");
   const maximum = (values) => values.reduce((most, x) => Math.max(most, x), 0);
+  const more = element("small", { id: "excess" });
   let rows = {};
 
   function swatch(name) {
@@ -38,14 +39,26 @@ Explore.table = (body, app) => {
     cells.speed.textContent = three(maximum(curve.speed));
   }
 
+  /** By how much the cost of the second curve exceeds that of the first, in percent. */
+  function excess([one, other]) {
+    if (one.error || other.error || other.cost === null || one.cost < 1e-9) return "";
+    const percent = (100 * (other.cost - one.cost)) / one.cost;
+    return `${percent >= 0 ? "+" : ""}${three(percent)} %`;
+  }
+
   return {
     open(curves) {
       body.replaceChildren();
       rows = Object.fromEntries(Object.entries(curves).map(([name, title], i) =>
         [name, row(name, title, i ? "other" : "main")]));
+      more.textContent = "";
+      Object.values(rows)[1].cost.append(more);
     },
     show(answer, largest, took) {
-      Object.entries(rows).forEach(([name, cells]) => write(cells, answer.curves[name]));
+      const names = Object.keys(rows);
+      names.forEach((name) => write(rows[name], answer.curves[name]));
+      more.textContent = excess(names.map((name) => answer.curves[name]));
+      rows[names[1]].cost.append(more);
       largest.textContent = answer.angle ? `at most ${Explore.numbers.with(maximum(answer.angle), UNITS.angle)}` : "";
       took.textContent = app.latency.length ? `drag to curve ${three(app.latency[app.latency.length - 1])} ms` : "";
     },
