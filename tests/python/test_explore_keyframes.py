@@ -26,7 +26,7 @@ def test_the_spline_is_that_of_the_library(kind, ends):
     assert np.array_equal(sampled.points, curve(path))
     assert np.allclose(sampled.speed, np.linalg.norm(curve.velocity(profile), axis=(1, 2)) / np.sqrt(curve.k // 3 + 1))
     assert sampled.cost == curve.cost()
-    assert sampled.length == pytest.approx(curve.arc_length(), rel=1e-3)
+    assert sampled.length == pytest.approx(curve.arc_length(), rel=1e-5)
     assert (sampled.speed[[0, -1]] < 1e-9).all() == (ends == "clamped")
 
 

@@ -1,11 +1,11 @@
 "use strict";
 /** The scene of two ends: their velocities are arrows with handles at the tips. */
 Explore.ends = (app, name, info, solver) => {
-  const { dot, plus, scaled, clamped } = Explore.vectors;
+  const { dot, plus, clamped } = Explore.vectors;
   const { slider, group } = Explore.controls;
   const ENDS = ["start", "end"];
   const axes = solver.axes(name);
-  const speed = Explore.numbers.UNITS.speed;
+  const speed = "rad/s";
   const state = { angle: info.angle, velocities: [[], []], limits: new Set() };
   let shown = null;
   let sliders = [];

@@ -17,6 +17,5 @@ Explore.numbers = (() => {
   return {
     three,
     with: (x, unit) => `${three(x)} ${unit}`,
-    UNITS: { angle: "rad", time: "s", speed: "rad/s", acceleration: "rad/s²", cost: "rad²/s³" },
   };
 })();

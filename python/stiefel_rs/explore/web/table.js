@@ -2,7 +2,7 @@
 /** The numbers of both curves, and the boxes that show or hide them. */
 Explore.table = (body, app) => {
   const { element } = Explore.controls;
-  const { three, UNITS } = Explore.numbers;
+  const { three } = Explore.numbers;
   const SVG = ["http:", "", "www.w3.org", "2000", "svg"].join("/");
   const maximum = (values) => values.reduce((most, x) => Math.max(most, x), 0);
   const more = element("small", { id: "excess" });
@@ -59,7 +59,7 @@ Explore.table = (body, app) => {
       names.forEach((name) => write(rows[name], answer.curves[name]));
       more.textContent = excess(names.map((name) => answer.curves[name]));
       rows[names[1]].cost.append(more);
-      largest.textContent = answer.angle ? `at most ${Explore.numbers.with(maximum(answer.angle), UNITS.angle)}` : "";
+      largest.textContent = answer.angle ? `at most ${Explore.numbers.with(maximum(answer.angle), "rad")}` : "";
       took.textContent = app.latency.length ? `drag to curve ${three(app.latency[app.latency.length - 1])} ms` : "";
     },
   };
