@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
 # Blocks that need one of these are skipped if it is not installed.
-OPTIONAL = {"geomstats", "pymanopt", "dask", "distributed", "zarr", "plotly", "pymor", "spatialmath"}
+OPTIONAL = {"geomstats", "pymanopt", "dask", "distributed", "zarr", "pymor", "spatialmath"}
 
 
 def text_of(page):

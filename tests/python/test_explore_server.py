@@ -10,13 +10,15 @@ from contextlib import ExitStack
 import numpy as np
 import pytest
 from beside import HANGS
-from explore_problem import library, running
+from explore_problem import floats, library, running, spline
 
-from stiefel_rs.explore import page, server
-
-pytest.importorskip("plotly")
+from stiefel_rs.explore import answers, page, server
+from stiefel_rs.explore.kinds import KINDS
 
 GOOD = {"kind": "sphere", "angle": 1.5, "v0": [1, 2], "v1": [1, -2.5]}
+
+
+SPLINE = answers.first_request("points")
 
 
 @pytest.fixture(scope="module")
@@ -50,13 +52,36 @@ def test_curves_of_the_server_are_those_of_the_library(served):
     for request in (GOOD, {"kind": "frame", "angle": 0.8, "v0": [1, 0, 2], "v1": [0, -1, 1.5]}):
         status, found, _ = ask(served, body=request)
         assert status == 200
-        *both, M = library(*request.values())
-        t = np.array(found["t"])
-        for name, curve in zip(("gcp", "cubic"), both, strict=True):
-            assert np.array_equal(np.array(found["curves"][name]["points"]).reshape(-1, 3, curve.k), curve(t))
-            assert found["curves"][name]["cost"] == curve.cost()
-            assert np.array_equal(found["curves"][name]["speed"], M.norm(curve(t), curve.velocity(t)))
-        assert np.array_equal(found["distance"], np.linalg.norm(both[0](t) - both[1](t), axis=(1, 2)))
+        both, M = library(*request.values())
+        t, profile = floats(found["t"]).astype(float), floats(found["profile_t"]).astype(float)
+        for name, curve in both.items():
+            answered = found["curves"][name]
+            # Times are rounded too.
+            assert np.allclose(floats(answered["points"]), curve(t).ravel(), atol=1e-6)
+            assert np.allclose(floats(answered["speed"]), M.norm(curve(profile), curve.velocity(profile)), rtol=1e-5)
+            assert answered["cost"] == curve.cost()
+        assert len(floats(found["angle"])) == len(t)
+
+
+@pytest.mark.parametrize("kind", ["points", "rotations"])
+def test_splines_of_the_server_are_those_of_the_library(served, kind):
+    request = answers.first_request(kind) | {"ends": "clamped"}
+    status, found, _ = ask(served, body=request)
+    assert status == 200
+    curve, t = spline(kind, request["t"], request["values"], "clamped"), floats(found["t"]).astype(float)
+    assert np.allclose(floats(found["curves"]["spline"]["points"]), curve(np.clip(t, *curve.t_span)).ravel(), atol=1e-6)
+    assert found["curves"]["spline"]["cost"] == curve.cost()
+    assert found["curves"]["slerp"]["cost"] is None and found["curves"]["slerp"]["acceleration"] is None
+    times = floats(found["profile_t"])
+    assert all(np.sum(times == np.float32(knot)) == 2 for knot in request["t"][1:-1])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_scene_opens_with_its_curves(served, kind):
+    status, found, _ = ask(served, body=answers.first_request(kind))
+    assert status == 200
+    assert list(found["curves"]) == list(KINDS[kind].described()["curves"])
+    assert not any("error" in curve for curve in found["curves"].values())
 
 
 def test_the_page_needs_the_token(served):
@@ -111,11 +136,19 @@ def test_only_this_machine_is_listened_to(served):
         (b"{", "not JSON"),
         (b"\xff\xfe", "not JSON"),
         (b"[" * 4000, "not JSON"),
-        (b"[]", "an object with angle, kind, v0, v1 expected"),
-        (GOOD | {"more": 1}, "an object with"),
+        (b"[]", "an object expected"),
+        (GOOD | {"more": 1}, "an object with angle, kind, v0, v1 expected"),
         ({"kind": "sphere"}, "an object with"),
-        (GOOD | {"kind": "torus"}, "kind: sphere or frame expected"),
-        (GOOD | {"kind": ["sphere"]}, "kind: sphere or frame expected"),
+        (GOOD | {"kind": "points"}, "an object with ends, kind, t, values expected"),
+        (GOOD | {"kind": "torus"}, "kind: points or rotations or sphere or frame expected"),
+        (GOOD | {"kind": ["sphere"]}, "kind: points or rotations or sphere or frame expected"),
+        ({}, "kind: points or rotations or sphere or frame expected"),
+        (SPLINE | {"ends": "periodic"}, "ends: natural or clamped expected"),
+        (SPLINE | {"t": 1}, "t: a list of numbers expected"),
+        (SPLINE | {"values": [1, 0, 0]}, "values: a list of numbers expected"),
+        (SPLINE | {"values": 1}, "values: a list of lists expected"),
+        (SPLINE | {"values": [[True, 0, 0]]}, "values: finite numbers expected"),
+        (SPLINE | {"t": [0, 1, 9, 10, 11]}, "t: increasing times from 0 to 6 expected"),
         (GOOD | {"angle": "1"}, "angle: finite numbers expected"),
         (GOOD | {"angle": True}, "angle: finite numbers expected"),
         (GOOD | {"angle": -1}, "angle: from 0 (excluded) to pi expected, found -1"),
@@ -184,15 +217,23 @@ def test_addresses_that_are_none(served, capfd, method, address):
     assert capfd.readouterr() == ("", "")
 
 
-def test_curves_that_do_not_exist_come_as_text(served):
-    """Opposite points, and velocities too long for the geometric cubic."""
-    status, content, _ = ask(served, body=GOOD | {"angle": np.pi, "v0": [0, 0], "v1": [0, 0]})
-    assert status == 200
-    assert content["curves"]["gcp"]["error"].startswith("OutsideDomainError: no unique shortest curve joins the points")
-    assert content["distance"] is None
-    status, content, _ = ask(served, body=GOOD | {"v0": [9, 9]})
-    assert status == 200
-    assert content["curves"]["gcp"]["error"].startswith("InvalidInputError: ")
+def test_curves_that_do_not_exist_come_as_words(served):
+    """Points that are opposite to each other; and velocities that are too long for the geometric cubic."""
+    for changed in ({"angle": np.pi, "v0": [0, 0], "v1": [0, 0]}, {"v0": [9, 9]}):
+        status, content, _ = ask(served, body=GOOD | changed)
+        assert status == 200
+        assert content["curves"]["gcp"]["error"].startswith("No geometric cubic: ")
+        assert content["angle"] is None
+
+
+def test_head_and_body_of_an_answer_leave_together(served):
+    """Apart, the body would wait for the receipt of the head."""
+    body = json.dumps(GOOD).encode()
+    head = f"POST /curves HTTP/1.1\r\nHost: 127.0.0.1:{served.server_port}\r\nX-Token: {served.token}\r\n"
+    head += f"Content-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
+    with socket.create_connection(("127.0.0.1", served.server_port), timeout=HANGS) as connection:
+        connection.sendall(head.encode() + body)
+        assert b"\r\n\r\n{" in connection.recv(65536)
 
 
 def test_connections_wait_until_they_are_accepted():

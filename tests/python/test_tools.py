@@ -66,7 +66,8 @@ def wheel_names():
 @needs_git
 def test_package_has_its_types_and_the_files_of_the_page():
     assert {"stiefel_rs/py.typed", "stiefel_rs/_core.pyi"} <= contents.package_files()
-    assert {"stiefel_rs/explore/page.html", "stiefel_rs/explore/page.js"} <= contents.package_files()
+    page = {f"stiefel_rs/explore/web/{name}" for name in ("page.html", "page.css", "main.js")}
+    assert page <= contents.package_files()
 
 
 @needs_git

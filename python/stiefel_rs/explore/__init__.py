@@ -1,7 +1,7 @@
-"""``stiefel-rs explore``: a page on which boundary velocities are dragged and the curves follow.
+"""``stiefel-rs explore``: a page on which keyframes and velocities are dragged and the curves follow.
 
-The page (``page.html``, ``page.css``, ``page.js``) is one file with plotly.js inside and needs no network. Either a
-small server of this machine computes the curves (`server`), or they were computed before, on a grid (`grid`).
+The page (``web/``) is one text that needs no network. Either a small server of this machine computes the curves
+(`server`), or those between two ends were computed before, on a grid (`grid`).
 """
 
 from __future__ import annotations

@@ -12,13 +12,13 @@ from tqdm import tqdm  # type: ignore[import-untyped]
 
 from .. import storage
 from . import grid, page
-from .curves import KINDS
+from .kinds import FIRST, KINDS
 from .server import Server
 
 DESCRIPTION: Final = """\
-Drag the velocities at the ends of a curve, and see the geometric cubic (GCP), the exact Riemannian cubic, their costs,
-their distance, speeds and accelerations change. A server of this machine alone computes them; Ctrl-C ends it.
-With --static a page is written that needs no server: velocities snap to a grid that was computed before.
+Drag keyframes or end velocities in the browser, and see the curves follow: splines through points and rotations beside
+slerp, the exact Riemannian cubic beside the geometric cubic. A server of this machine alone computes them; Ctrl-C ends
+it. With --static a page is written that needs no server: velocities snap to a grid that was computed before.
 """
 DEFAULT_FILE: Final = Path("explore.html")
 
@@ -32,9 +32,9 @@ def _port(text: str) -> int:
 def add_parser(commands: Any) -> None:
     """Add the command to the subparsers of another."""
     parser: argparse.ArgumentParser = commands.add_parser(
-        "explore", help="drag boundary velocities in the browser", description=DESCRIPTION
+        "explore", help="drag keyframes and velocities of curves in the browser", description=DESCRIPTION
     )
-    parser.add_argument("--kind", choices=tuple(KINDS), default="sphere", help="what is shown first (default: sphere)")
+    parser.add_argument("--kind", choices=tuple(KINDS), default=FIRST, help=f"what is shown first (default: {FIRST})")
     parser.add_argument("--static", action="store_true", help="write a page that needs no server")
     parser.add_argument(
         "--out", type=Path, metavar="FILE", help=f"where that goes (default: {DEFAULT_FILE}); implies --static"
@@ -54,7 +54,7 @@ def _check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> No
 
 def write(path: Path, kind: str) -> None:
     """Write the page without a server; a file that is there is replaced once the new one is whole."""
-    nodes, quiet = grid.size(KINDS[kind]), not sys.stderr.isatty()
+    nodes, quiet = sum(map(grid.size, grid.AXES)), not sys.stderr.isatty()
     # Opened before the work, which would be in vain where nothing can be written.
     with storage.replacing(path) as file, tqdm(total=nodes, disable=quiet, desc="explore", leave=False) as bar:
         file.write(page.static(kind, bar.update).encode())
@@ -73,18 +73,10 @@ def _serve(kind: str, port: int, open_browser: bool) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do what the command line says and return the exit code."""
-    try:
-        if arguments.static:
-            path = arguments.out or DEFAULT_FILE
-            write(path, arguments.kind)
-            print(f"page: {path}")
-        else:
-            _serve(arguments.kind, arguments.port or 0, not arguments.no_browser)
-    except ImportError as error:
-        return _fail(str(error))
+    if arguments.static:
+        path = arguments.out or DEFAULT_FILE
+        write(path, arguments.kind)
+        print(f"page: {path}")
+    else:
+        _serve(arguments.kind, arguments.port or 0, not arguments.no_browser)
     return 0
-
-
-def _fail(message: str) -> int:
-    print(f"stiefel-rs: {message}", file=sys.stderr)
-    return 1

@@ -1,4 +1,4 @@
-"""The page as one text: style, plotly.js, program and data inside, nothing from elsewhere."""
+"""The page as one text: style, programs and data inside, nothing from elsewhere."""
 
 from __future__ import annotations
 
@@ -9,26 +9,38 @@ from collections.abc import Callable
 from importlib.resources import files
 from typing import Any, Final
 
-from .curves import KINDS
-from .grid import AXES, SAMPLES, build, size
+from . import two_ends
+from .answers import answer, first_request
+from .grid import build
+from .kinds import KINDS, described
 
-PARTS: Final = files(__package__)
-
-
-def plotly_js() -> str:
-    """Text of plotly.js.
-
-    Raises
-    ------
-    ImportError
-        plotly is not installed.
-    """
-    try:
-        # Here, since plotly is optional and slow to import.
-        from plotly.offline import get_plotlyjs  # noqa: PLC0415
-    except ImportError as missing:
-        raise ImportError(f"the page needs plotly ({missing}): pip install 'stiefel-rs[explore]'") from missing
-    return str(get_plotlyjs())
+PARTS: Final = files(__package__) / "web"
+# In the order in which they need each other.
+PROGRAMS: Final = (
+    "vectors",
+    "canvas",
+    "paths",
+    "camera",
+    "numbers",
+    "samples",
+    "sphere",
+    "body",
+    "solver",
+    "status",
+    "controls",
+    "points",
+    "rotations",
+    "keyframes",
+    "ends",
+    "stage",
+    "handles",
+    "strip",
+    "player",
+    "timeline",
+    "charts",
+    "table",
+    "main",
+)
 
 
 def _part(name: str) -> str:
@@ -48,13 +60,12 @@ def _hash(text: str) -> str:
     return "'sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii") + "'"
 
 
-def policy(programs: list[str], connect: str) -> str:
-    """Content security policy: these programs alone, and no connection but `connect`."""
+def policy(programs: list[str], style: str, connect: str) -> str:
+    """Content security policy: these programs and this style alone, and no connection but `connect`."""
     rules = {
         "default-src": "'none'",
         "script-src": " ".join(map(_hash, programs)),
-        # plotly.js makes style elements.
-        "style-src": "'unsafe-inline'",
+        "style-src": _hash(style),
         "img-src": "data:",
         "connect-src": connect,
         "base-uri": "'none'",
@@ -63,40 +74,17 @@ def policy(programs: list[str], connect: str) -> str:
     return "; ".join(f"{name} {value}" for name, value in rules.items())
 
 
-def _described() -> dict[str, Any]:
-    return {
-        name: {
-            "title": kind.title,
-            "k": kind.k,
-            "parameters": kind.parameters,
-            "limit": kind.limit,
-            "angle": kind.angle,
-            "velocities": kind.velocities,
-        }
-        for name, kind in KINDS.items()
-    }
-
-
-def spacing(name: str) -> str:
-    """Say where the nodes of the grid of a kind are."""
-    parts = [
-        f"{parameter}: {axis[0]:g} to {axis[-1]:g} in steps of {axis[1] - axis[0]:g}"
-        for parameter, axis in zip(KINDS[name].parameters, AXES[name], strict=True)
-    ]
-    count = f"at {SAMPLES[name]} times each, for {size(KINDS[name])} pairs of velocities"
-    return f"Computed before, {count}: {'; '.join(parts)}. Velocities snap to these."
-
-
-def _assemble(config: dict[str, Any], make_grid: Callable[[], dict[str, Any] | None], note: str, connect: str) -> str:
-    # First, since the grid takes long, which would be in vain without plotly.
-    programs = {"plotly": _script(plotly_js()), "program": _script(_part("page.js"))}
+def _assemble(config: dict[str, Any], connect: str) -> str:
+    # The theme comes first, so that a dark page is never light before.
+    theme = _script(_part("theme.js"))
+    programs = [_script(_part(f"{name}.js")) for name in PROGRAMS]
+    style = _part("page.css")
     texts = {
-        "policy": policy(list(programs.values()), connect),
-        "style": _part("page.css"),
-        "note": note,
+        "policy": policy([theme, *programs], style, connect),
+        "style": style,
+        "theme": theme,
         "config": _data(config),
-        "grid": _data(make_grid()),
-        **programs,
+        "programs": "\n".join(f"<script>{program}</script>" for program in programs),
     }
     pieces = _part("page.html").split("@@")
     # Names are at the odd places: no text that was put in is looked at again.
@@ -105,11 +93,15 @@ def _assemble(config: dict[str, Any], make_grid: Callable[[], dict[str, Any] | N
 
 def served(name: str) -> str:
     """Page that asks its server for curves; it shows `name` first."""
-    config = {"mode": "served", "kind": name, "kinds": _described()}
-    return _assemble(config, lambda: None, "Computed by stiefel_rs as you drag.", "'self'")
+    return _assemble({"mode": "served", "kind": name, "kinds": described()}, "'self'")
 
 
 def static(name: str, progress: Callable[[], object]) -> str:
-    """Page with a grid of curves of one kind; `progress` is called after each node."""
-    config = {"mode": "static", "kind": name, "kinds": {name: _described()[name]}}
-    return _assemble(config, lambda: build(name, progress), spacing(name), "'none'")
+    """Page without a server; `progress` is called after each node of its grids.
+
+    Velocities of two ends snap to a grid, keyframes stay where they are.
+    """
+    grids = {kind: build(kind, progress) for kind in two_ends.KINDS}
+    fixed = {kind: answer(first_request(kind)) for kind in KINDS if kind not in grids}
+    config = {"mode": "static", "kind": name, "kinds": described(), "grids": grids, "fixed": fixed}
+    return _assemble(config, "'none'")

@@ -15,15 +15,14 @@ from socketserver import TCPServer
 from typing import Any, Final
 from urllib.parse import parse_qs, urlsplit
 
-from ..errors import InvalidInputError, StiefelError
+from ..errors import StiefelError
 from . import page
-from .curves import KINDS, Sampled, described, distance, ends, find, message, sample, times
+from .answers import answer, message, parse
 
 ADDRESS: Final = "127.0.0.1"
 MAX_BODY: Final = 4096
 # Seconds that a client may be silent.
 TIMEOUT: Final = 20
-FIELDS: Final = {"kind", "angle", "v0", "v1"}
 HEADERS: Final = {
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
@@ -33,81 +32,15 @@ HEADERS: Final = {
 }
 
 
-def _refuse(constant: str) -> float:
-    raise InvalidInputError(f"{constant} is no number of JSON")
-
-
-def parse(body: bytes) -> dict[str, Any]:
-    """Read what the page sends.
-
-    Raises
-    ------
-    InvalidInputError
-        It is no JSON, or not the fields that are wanted.
-    """
-    try:
-        found = json.loads(body.decode("utf-8"), parse_constant=_refuse)
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError, ValueError) as error:
-        raise InvalidInputError(f"not JSON: {error}") from None
-    if not isinstance(found, dict) or set(found) != FIELDS:
-        raise InvalidInputError(f"an object with {', '.join(sorted(FIELDS))} expected")
-    if not isinstance(found["kind"], str) or found["kind"] not in KINDS:
-        raise InvalidInputError(f"kind: {' or '.join(KINDS)} expected")
-    _check_number(found["angle"], "angle")
-    for name in ("v0", "v1"):
-        if not isinstance(found[name], list):
-            raise InvalidInputError(f"{name}: a list of numbers expected")
-        for value in found[name]:
-            _check_number(value, name)
-    return found
-
-
-def _check_number(value: Any, name: str) -> None:
-    # True is an int, and an int may be too large for a float.
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= sys.float_info.max:
-        raise InvalidInputError(f"{name}: finite numbers expected")
-
-
-def answer(request: dict[str, Any]) -> dict[str, Any]:
-    """Curves for a request, as the page wants them.
-
-    Raises
-    ------
-    InvalidInputError
-        The angle or the velocities are not such.
-    """
-    kind, angle = KINDS[request["kind"]], float(request["angle"])
-    both = find(kind, angle, request["v0"], request["v1"])
-    t = times(both)
-    found = sample(both, t)
-    start, end = ends(kind, angle)
-    apart = distance(found)
-    curves: dict[str, Any] = {}
-    for name, sampled in found.items():
-        if isinstance(sampled, Sampled):
-            curves[name] = {
-                "points": sampled.points.reshape(len(t), -1).tolist(),
-                "speed": sampled.speed.tolist(),
-                "acceleration": sampled.acceleration.tolist(),
-                "cost": sampled.cost,
-            }
-        else:
-            curves[name] = {"error": message(sampled)}
-    return {
-        "t": t.tolist(),
-        "start": described(start),
-        "end": described(end),
-        "curves": curves,
-        "distance": None if apart is None else apart.tolist(),
-    }
-
-
 class _Handler(BaseHTTPRequestHandler):
     server: Server
     protocol_version = "HTTP/1.1"
     server_version = "stiefel-rs"
     sys_version = ""
     timeout = TIMEOUT
+    # Head and body of an answer leave together and at once: apart, the body may wait 40 ms for the head's receipt.
+    wbufsize = -1
+    disable_nagle_algorithm = True
 
     def log_message(self, format: str, *args: Any) -> None:
         """Keep quiet: addresses have the token in them."""
@@ -161,7 +94,7 @@ class _Handler(BaseHTTPRequestHandler):
     do_HEAD = do_GET  # noqa: N815
 
     def do_POST(self) -> None:
-        """Send the curves for the velocities of the request."""
+        """Send the curves for what was dragged."""
         if not self._admitted(self.headers.get("X-Token", "")):
             return
         if self.path != "/curves":
@@ -192,8 +125,6 @@ class Server(ThreadingHTTPServer):
     ------
     OSError
         The port cannot be used.
-    ImportError
-        plotly is not installed.
     """
 
     daemon_threads = True
