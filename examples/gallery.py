@@ -126,11 +126,11 @@ accelerations, the largest of one a quarter of that of the other](figures/galler
 
 [target_in_view.py](../examples/target_in_view.py) flies a camera along a straight line past a target. With keyframes
 that point at the target, a `RotationSpline` through 13 of them follows it to {target[pointing][off]:.1f} degrees, and
-accelerates by up to {target[pointing][peak]:.0f} degrees/s². Where the target may be 8 degrees off the middle of the
-picture, the keyframes can be moved: L-BFGS with the gradient of
-[`stiefel_rs.jax.rotation_spline`](reference/gradients.md) lowers the integral of the squared angular acceleration from
-{target[pointing][cost]:.2f} to {target[optimised][cost]:.2f} rad²/s³, and the largest one to
-{target[optimised][peak]:.0f} degrees/s², in {target[iterations]} iterations. The excess of the angle is a penalty: the
+accelerates by up to {target[pointing][peak]:.0f} degrees/s². If the target may be up to 8 degrees off the centre of the
+picture, the keyframes can be optimised: L-BFGS with the gradient of
+[`stiefel_rs.jax.rotation_spline`](reference/gradients.md) reduces the integral of the squared angular acceleration from
+{target[pointing][cost]:.2f} to {target[optimised][cost]:.2f} rad²/s³, and the largest acceleration to
+{target[optimised][peak]:.0f} degrees/s², in {target[iterations]} iterations. Angles above 8 degrees are penalised; the
 largest angle is {target[optimised][off]:.2f} degrees.
 
 ## Rates and orientations fitted together

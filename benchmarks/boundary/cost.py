@@ -35,7 +35,7 @@ NEWTON = 12
 
 PREAMBLE = """# What solutions cost
 
-Written by `make boundary-cost`. `RiemannianCubic.from_boundary` returns one of many solutions. For {count} problems,
+`RiemannianCubic.from_boundary` returns one of many solutions. For {count} problems,
 the table counts its solutions that cost more than {slack} times the cheapest of: the solution of the reversed problem;
 the geodesic traversed from rest to rest (if both velocities are zero); the solution that Newton's method finds from the
 geometric cubic; and, for one problem in {searched}, everything that `all_found=True` finds.

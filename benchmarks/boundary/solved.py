@@ -29,7 +29,7 @@ HEADERS = (
 
 PREAMBLE = """# Random boundary problems
 
-Written by `make boundary`. Each line is {count} problems for `RiemannianCubic.from_boundary`, seeded, on one thread: a
+Each line is {count} problems for `RiemannianCubic.from_boundary`, seeded, on one thread: a
 uniformly distributed point, a geodesic of uniformly distributed length from it to the other point, and velocities of
 uniformly distributed length at both, in the canonical metric. The residual of position and velocity at the end is
 reported by the solver; the defect is the same quantity measured on the returned curve. Times are of a call from Python.

@@ -40,7 +40,7 @@ STORED = ("files", "size")
 
 PREAMBLE = """# Sweeps on a cluster, measured
 
-Written by `python -m benchmarks.cluster`. A `LocalCluster` of {workers} processes with one thread each shares the
+A `LocalCluster` of {workers} processes with one thread each shares the
 machine listed below with the scheduler and the client. Problems are random, with distances and speeds uniform up to
 {reach:g} in the canonical metric; their data are in the memory of the workers before timing starts. All fields are
 computed except `points` and, for geometric cubics, `cost`. Times are the shorter of {rounds} runs, from the call to the

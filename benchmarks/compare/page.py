@@ -20,7 +20,7 @@ SKIPPED = re.compile(r"^`(\w+)` skipped: (.*)$", re.MULTILINE)
 
 PREAMBLE = """# Benchmarks
 
-Written by `make benchmark`; `benchmarks/compare/` contains the harness, the pinned versions of the libraries, and the
+`benchmarks/compare/` contains the harness, the pinned versions of the libraries, and the
 methods that were implemented for comparison. Each library runs in its own process and virtual environment, on the same
 seeded inputs, with one thread unless stated otherwise. Results are compared before timing. Samples of all libraries
 alternate, so that slowdowns of the machine affect all of them equally.

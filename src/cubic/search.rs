@@ -86,7 +86,7 @@ impl RiemannianCubic {
     /// start as in [`from_boundary`](Self::from_boundary), and from the cubics of flat space with one or two additional
     /// full turns in one principal direction, or in a plane in which the columns rotate. Families of boundary data
     /// connect the curves of the cubics with one additional turn to the given data; every solution they pass is
-    /// returned. `docs/boundary_problems.md` lists what each of these finds that the others miss. Other solutions may
+    /// returned. `docs/development/rejected_alternatives.md` lists what each of these finds that the others miss. Other solutions may
     /// exist: on the sphere there are infinitely many.
     ///
     /// # Errors

@@ -13,7 +13,7 @@
 //!
 //! The degree follows from bounds on `|A|_2` by norms of `A`, `A^2` and `A^4`. Every product except the squarings is
 //! symmetric or skew, since all factors are polynomials in `A`; from size 80 on only the half below the diagonal is
-//! computed. `docs/algorithms.md` describes rejected alternatives.
+//! computed. `docs/development/rejected_alternatives.md` lists what was tried.
 //!
 //! # Source
 //! Evaluation: Paterson, Stockmeyer (1973), SIAM J. Comput. 2, 60-66. Polynomials fitted to the imaginary axis: Bader,
