@@ -88,11 +88,12 @@ class Page:
         with self.dragged(selector, by, **options):
             pass
 
-    def slide(self, name, value):
+    def slide(self, name, value, *, wait=True):
         """As the keyboard does: to a value, and an input event."""
         set_to = "const e = document.getElementById(arguments[0]); e.value = arguments[1];"
         self.run(f"{set_to} e.dispatchEvent(new Event('input'))", name, value)
-        self.wait()
+        if wait:
+            self.wait()
 
     def press(self, selector, key):
         self.browser.find_element("css selector", selector).send_keys(key)

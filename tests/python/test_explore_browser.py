@@ -156,6 +156,25 @@ def test_a_missing_curve_is_said_in_words_and_nothing_moves(page, served):
         assert np.array_equal(page.box("#stage"), boxes[0])
 
 
+def test_late_answers_are_not_shown(page, served):
+    """Of two requests, the first is answered after the second."""
+    with page.opened(served.url, "sphere"):
+        page.run("""const real = window.fetch;
+        window.fetch = (...request) => {
+          window.fetch = real;
+          return new Promise((done) => { window.release = () => real(...request).then(done); });
+        };""")
+        before = page.cost("cubic")
+        for value in (2, 3):
+            page.slide("start-0", value, wait=False)
+        wait_for(lambda: page.cost("cubic") != before)
+        assert page.run("return document.body.dataset.state") == "busy"
+        page.run("window.release()")
+        page.wait()
+        assert page.state()["velocities"][0][0] == 3
+        assert_shows_cubics(page, "sphere")
+
+
 # Keyframes.
 
 

@@ -17,12 +17,12 @@ CHORD: Final = 0.045
 COARSE: Final = 500
 MIN_SAMPLES: Final = 101
 MAX_SAMPLES: Final = 2001
-PROFILE: Final = 81
+PROFILE: Final = 65
 # Part of a curve's duration by which times of a graph differ from a knot, if they are not that knot.
 SAME_TIME: Final = 1e-9
-# Of Gauss's rule of two points on 24 parts of a piece, for its length. The parts are small, since the speed has a kink
+# Of Gauss's rule of two points on 40 parts of a piece, for its length. The parts are small, since the speed has a kink
 # where it is zero.
-PLACES: Final = ((np.arange(24)[:, None] + 0.5 + np.array([-1, 1]) / np.sqrt(12)) / 24).ravel()
+PLACES: Final = ((np.arange(40)[:, None] + 0.5 + np.array([-1, 1]) / np.sqrt(12)) / 40).ravel()
 
 
 @dataclass(frozen=True)

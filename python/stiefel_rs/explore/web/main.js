@@ -5,12 +5,15 @@ Explore.app = (() => {
   const config = JSON.parse($("config").textContent);
   const solver = Explore.solver.for(config);
   const GONE = "The program that computes has ended. Start stiefel-rs explore again.";
+  const REQUESTS = 2;
   const FIRST_VIEW = { azimuth: 0.25, elevation: 0.35 };
   const scenes = {};
   const hidden = new Set();
   let [kind, view, answer] = [config.kind, { ...FIRST_VIEW }, null];
-  // Time of the last touch that was not asked for yet, and the times from touches to curves, in ms.
-  let [touch, asking, again] = [null, false, false];
+  // Time of the first touch that was not asked for yet, in ms, and whether there is something to ask for.
+  let [touch, changed] = [null, false];
+  // Requests: their number, those without an answer, the number of the one that is shown.
+  let [asked, waiting, shown] = [0, 0, -1];
 
   const app = {
     latency: [],
@@ -88,29 +91,33 @@ Explore.app = (() => {
     table.show(answer, $("angle-max"), $("took"));
   }
 
-  /** Ask for the curves of the scene: one request at a time; what changes meanwhile is asked for afterwards. */
-  async function refresh() {
-    document.body.dataset.state = "busy";
-    again = true;
-    if (asking) return;
-    asking = true;
-    while (again) {
-      again = false;
-      const [scene, since] = [app.scene(), touch];
-      touch = null;
-      // A TypeError of fetch: nobody answers.
-      const found = await solver.ask(scene.request()).catch((error) => {
-        app.status.say("problem", error instanceof TypeError ? GONE : error.message);
-      });
-      if (found && scene === app.scene()) receive(found, scene, since);
+  async function ask() {
+    const [scene, since, number] = [app.scene(), touch, asked];
+    [touch, changed] = [null, false];
+    asked += 1;
+    waiting += 1;
+    // A TypeError of fetch: nobody answers.
+    const found = await solver.ask(scene.request()).catch((error) => {
+      app.status.say("problem", error instanceof TypeError ? GONE : error.message);
+    });
+    waiting -= 1;
+    if (found && scene === app.scene() && number > shown) {
+      shown = number;
+      receive(found, scene, since);
     }
-    asking = false;
-    document.body.dataset.state = "ready";
+    refresh();
+  }
+
+  /** Ask for the curves of the scene: two requests at a time, so that a drag need not wait for the answer before. */
+  async function refresh() {
+    document.body.dataset.state = changed || waiting ? "busy" : "ready";
+    if (changed && waiting < REQUESTS) await ask();
   }
 
   app.changed = () => {
     app.scene().write();
     paintScene();
+    changed = true;
     return refresh();
   };
 
