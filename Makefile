@@ -13,7 +13,7 @@ SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src pytho
 SAY := @printf '\n=== %s\n'
 PIP := $(BIN)/python -m pip install --disable-pip-version-check
 
-.PHONY: help reproduce report test test-rust test-python test-minimal test-torch lint licences fuzz leak interrupts bench benchmark gallery boundary boundary-cost control-points accuracy study paper-map doc docs check-docs wheels clean
+.PHONY: help reproduce report test test-rust test-python test-minimal test-torch lint licences fuzz leak interrupts bench benchmark gallery boundary boundary-cost control-points accuracy study paper-map stub doc docs check-docs wheels clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -127,6 +127,11 @@ study: $(INSTALLED) ## Integrators of cubics compared, into docs/integrators.md 
 
 paper-map: $(BIN)/python ## Every item of the paper with its function, test and report, into docs/paper.md
 	$(BIN)/python -m tools.paper_map
+
+stub: $(INSTALLED) ## The docstrings of the compiled module, into python/stiefel_rs/_core.pyi for editors
+	$(PIP) --quiet 'ruff>=0.9,<1'
+	$(BIN)/python -m tools.stub_docstrings
+	$(BIN)/ruff format python/stiefel_rs/_core.pyi
 
 doc: ## Rust documentation, with rendered mathematics
 	$(SAY) 'Rust documentation into target/doc (minutes the first time)'

@@ -39,6 +39,7 @@ PREAMBLE = """# What solutions cost
 the table counts its solutions that cost more than {slack} times the cheapest of: the solution of the reversed problem;
 the geodesic traversed from rest to rest (if both velocities are zero); the solution that Newton's method finds from the
 geometric cubic; and, for one problem in {searched}, everything that `all_found=True` finds.
+[How to repeat the measurements](development/measurements.md).
 """
 
 

@@ -33,6 +33,7 @@ Each line is {count} problems for `RiemannianCubic.from_boundary`, seeded, on on
 uniformly distributed point, a geodesic of uniformly distributed length from it to the other point, and velocities of
 uniformly distributed length at both, in the canonical metric. The residual of position and velocity at the end is
 reported by the solver; the defect is the same quantity measured on the returned curve. Times are of a call from Python.
+[How to repeat the measurements](development/measurements.md).
 """
 
 

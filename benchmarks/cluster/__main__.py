@@ -45,6 +45,7 @@ machine listed below with the scheduler and the client. Problems are random, wit
 {reach:g} in the canonical metric; their data are in the memory of the workers before timing starts. All fields are
 computed except `points` and, for geometric cubics, `cost`. Times are the shorter of {rounds} runs, from the call to the
 last result.
+[How to repeat the measurements](development/measurements.md).
 
 Processor time is the total of the workers. "One process" is a loop over the first {sample} problems without Dask, the
 shortest of {samples} samples. "Over one process" is the additional time of a worker: serialisation, bookkeeping, and

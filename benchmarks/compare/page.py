@@ -24,6 +24,7 @@ PREAMBLE = """# Benchmarks
 methods that were implemented for comparison. Each library runs in its own process and virtual environment, on the same
 seeded inputs, with one thread unless stated otherwise. Results are compared before timing. Samples of all libraries
 alternate, so that slowdowns of the machine affect all of them equally.
+[How to repeat the measurements](development/measurements.md).
 
 Times are the shortest of all samples, for one call, or per point or problem of a call on many; medians that exceed the
 shortest time by more than 15 % are in brackets. A ratio is the other's shortest time over that of stiefel-rs: above 1,

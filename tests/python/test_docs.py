@@ -193,3 +193,12 @@ def test_citation_file():
     text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\nversion: {stiefel_rs.__version__}\n" in text
     assert "2404.19407" in text
+
+
+# How a page was made and what was rejected is told in docs/development.
+NOTES = re.compile(r"[Ww]ritten by `make|could not be run|(?:was|were) tried|tried and|what was rejected|TODO|to-do")
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if not page.startswith("development/")])
+def test_pages_for_users_have_no_development_notes(page):
+    assert NOTES.findall(text_of(page)) == []

@@ -37,7 +37,6 @@ text, with the function that computes it, the test that checks it, and the place
 
 Python tests are in `tests/python`. *Summary*, *table* and *figure* refer to output of `stiefel-rs reproduce`: sections
 of `tables/summary.md`, files in `tables/` and `figures/`; *verdict* is a row of the [table below](#verdicts).
-`make paper-map` writes this page from the tables in `tools/paper_map`.
 """
 VERDICTS_TEXT: Final = """## Verdicts
 
