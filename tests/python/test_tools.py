@@ -5,7 +5,7 @@ import re
 import pytest
 
 import stiefel_rs
-from tools import contents, licences, version
+from tools import contents, licences, publish_readme, version
 
 # The contents of a distribution are the files that git knows.
 needs_git = pytest.mark.skipif(not (contents.ROOT / ".git").exists(), reason="not a checkout of git")
@@ -115,3 +115,15 @@ def test_version_of_a_tag(monkeypatch, tmp_path):
 
 def test_crate_and_citation_have_the_same_version():
     assert all(line.startswith("CHANGELOG.md") for line in version.problems_of(f"v{stiefel_rs.__version__}"))
+
+
+def test_readme_for_registries_has_absolute_addresses():
+    text = (contents.ROOT / "README.md").read_text(encoding="utf-8")
+    found = publish_readme.absolute(text, "https://forge.example/us/it/", "v1.2.3")
+    assert "](docs/" not in found and "](src/" not in found and "](LICENSE" not in found
+    assert "](https://forge.example/us/it/raw/v1.2.3/docs/figures/keyframes.svg)" in found
+    assert "](https://forge.example/us/it/blob/v1.2.3/docs/benchmarks.md)" in found
+    assert "](https://arxiv.org/abs/2404.19407)" in found
+    # Nothing else changes, and a second time nothing does.
+    assert re.sub(r"https://forge.example/us/it/(raw|blob)/v1.2.3/", "", found) == text
+    assert publish_readme.absolute(found, "https://forge.example/us/it/", "v1.2.3") == found
