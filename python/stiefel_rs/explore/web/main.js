@@ -133,6 +133,7 @@ Explore.app = (() => {
     document.body.dataset.family = app.info().family;
     for (const level of ["problem", "limit"]) app.status.say(level, "");
     app.status.say("note", solver.note(name));
+    $("spacing").textContent = solver.spacing(name);
     app.status.say("hint", scene.hint);
     app.player.seek(scene.span()[0]);
     return app.changed();
