@@ -84,8 +84,8 @@ Explore.app = (() => {
     answer = found;
     scene.received(found);
     app.player.seek(app.player.time());
-    const problems = Object.values(found.curves).map(({ error }) => error).filter(Boolean);
-    app.status.say("problem", problems.join(" "));
+    // The first one: the table says which curves are missing.
+    app.status.say("problem", Object.values(found.curves).find(({ error }) => error)?.error);
     app.repaint();
     if (since !== null) app.latency.push(performance.now() - since);
     table.show(answer, $("angle-max"), $("took"));
