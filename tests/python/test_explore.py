@@ -177,7 +177,7 @@ def test_bad_velocities(angle, v0, message):
 @pytest.fixture
 def empty(monkeypatch):
     """Grids without curves, in no time."""
-    monkeypatch.setattr(page, "build", lambda name, progress: {"note": grid.spacing(name)})
+    monkeypatch.setattr(page, "build", lambda name, progress: {"spacing": grid.spacing(name)})
 
 
 @pytest.fixture
@@ -279,7 +279,7 @@ def test_the_static_page_has_all_scenes_and_says_its_spacing(empty):
     text = page.static("sphere", lambda: None)
     config = json.loads(re.search(r'id="config">(.*?)</script>', text)[1])
     assert set(config["kinds"]) == set(SCENES) == set(config["grids"]) | set(config["fixed"])
-    assert "along: -3 to 3 in steps of 1" in config["grids"]["sphere"]["note"]
+    assert "along: -3 to 3 in steps of 1" in config["grids"]["sphere"]["spacing"]
 
 
 def colours(theme):

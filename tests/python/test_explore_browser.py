@@ -443,11 +443,12 @@ def test_the_static_page(page, static_page):
         dragged = page.state()["velocities"]
         assert dragged[0] != [-1, 3] and all(value in nodes for velocity in dragged for value in velocity)
         assert_shows_cubics(page, "sphere", stored=True)
-        assert page.status()[0] == "note" and "along: -3 to 3 in steps of 2" in page.status()[1]
+        assert page.status() == ["note", "Without a server, velocities snap to a grid of computed curves."]
+        assert "along: -3 to 3 in steps of 2" in page.text("spacing")
         page.choose("frame")
         assert_shows_cubics(page, "frame", stored=True)
         page.choose("rotations")
         assert_shows_spline(page, "rotations")
-        assert page.status()[1].startswith("Without a server, keyframes stay.")
+        assert page.status()[1].startswith("Without a server, keyframes cannot be moved.")
         assert page.browser.find_elements("css selector", ".handle, #controls input") == []
         assert page.resources() == set()

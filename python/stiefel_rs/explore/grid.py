@@ -45,7 +45,7 @@ def spacing(kind: str) -> str:
         f"{parameter}: {axis[0]:g} to {axis[-1]:g} in steps of {axis[1] - axis[0]:g}"
         for parameter, axis in zip(KINDS[kind].parameters, AXES[kind], strict=True)
     ]
-    return f"Without a server, velocities snap to computed ones, in rad/s: {'; '.join(parts)}."
+    return f"Velocities of the grid in rad/s: {'; '.join(parts)}."
 
 
 def _whole(values: Array) -> np.ndarray[Any, np.dtype[np.int16]]:
@@ -89,7 +89,7 @@ def build(name: str, progress: Callable[[], object]) -> dict[str, Any]:
     start, end = ends(kind, kind.angle)
     return {
         "axes": [axis.tolist() for axis in AXES[name]],
-        "note": spacing(name),
+        "spacing": spacing(name),
         "samples": samples,
         "start": start.described(),
         "end": end.described(),

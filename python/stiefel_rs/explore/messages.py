@@ -18,11 +18,10 @@ def plain(curve: str, error: StiefelError) -> str:
     """Return one or two sentences about a curve of the page that does not exist."""
     name = NAMES[curve]
     if curve in {"spline", "slerp"} and error.knot is not None and isinstance(error, OutsideDomainError):
-        one = error.knot + 1
-        text = f"keyframes {one} and {one + 1} are half a turn apart, so the shortest path between them is not unique"
-        return f"No {name}: {text}. Move one of them."
+        pair = f"keyframes {error.knot + 1} and {error.knot + 2}"
+        return f"No {name}: {pair} are half a turn apart, without a unique shortest path. Move one."
     if isinstance(error, OutsideDomainError):
-        return f"No {name}: it needs the shortest path between opposite points, which is not unique. Change an arrow."
+        return f"No {name}: it joins opposite points here, without a unique shortest path. Change an arrow."
     if isinstance(error, InvalidInputError):
         return f"No {name}: a velocity is too long for it. Shorten an arrow."
     if isinstance(error, ConvergenceError):

@@ -84,8 +84,8 @@ Explore.app = (() => {
     answer = found;
     scene.received(found);
     app.player.seek(app.player.time());
-    const problems = Object.values(found.curves).map(({ error }) => error).filter(Boolean);
-    app.status.say("problem", problems.join(" "));
+    // The first one: the table says which curves are missing.
+    app.status.say("problem", Object.values(found.curves).find(({ error }) => error)?.error);
     app.repaint();
     if (since !== null) app.latency.push(performance.now() - since);
     table.show(answer, $("angle-max"), $("took"));
@@ -133,6 +133,7 @@ Explore.app = (() => {
     document.body.dataset.family = app.info().family;
     for (const level of ["problem", "limit"]) app.status.say(level, "");
     app.status.say("note", solver.note(name));
+    $("spacing").textContent = solver.spacing(name);
     app.status.say("hint", scene.hint);
     app.player.seek(scene.span()[0]);
     return app.changed();

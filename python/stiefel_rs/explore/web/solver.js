@@ -27,6 +27,7 @@ Explore.solver = (() => {
       axes: () => null,
       fixed: () => false,
       note: () => "",
+      spacing: () => "",
       async ask(request) {
         const response = await fetch("/curves", { method: "POST", headers, body: JSON.stringify(request) });
         const found = await response.json();
@@ -85,6 +86,9 @@ Explore.solver = (() => {
     };
   }
 
+  const SNAP = "velocities snap to a grid of computed curves.";
+  const STAY = "keyframes cannot be moved. Start stiefel-rs explore to drag them.";
+
   /** Nobody: grids of velocities, and keyframes that stay. */
   function stored({ grids, fixed, kinds }) {
     const tables = {};
@@ -95,7 +99,8 @@ Explore.solver = (() => {
     return {
       axes: (name) => grids[name]?.axes ?? null,
       fixed: (name) => name in fixed,
-      note: (name) => grids[name]?.note ?? "Without a server, keyframes stay. Start stiefel-rs explore to drag them.",
+      note: (name) => `Without a server, ${name in grids ? SNAP : STAY}`,
+      spacing: (name) => grids[name]?.spacing ?? "",
       ask: async (request) => (request.kind in fixed ? decoded(fixed[request.kind]) : lookUp(request.kind, request)),
     };
   }
