@@ -48,7 +48,8 @@ def real_array(values: ArrayLike, name: str) -> Array:
     try:
         array: NDArray[Any] = _as_numpy(name, values)
     except ValueError as error:
-        raise InvalidInputError(f"{name}: {error}") from error
+        text = "found items of different shapes" if "inhomogeneous" in str(error) else str(error)
+        raise InvalidInputError(f"{name}: {text}") from error
     if array.dtype.kind not in "fiub":
         raise TypeError(f"{name}: expected real numbers, found an array of dtype {array.dtype}")
     return array.astype(np.float64, copy=False)
@@ -116,7 +117,7 @@ def times_within(t: Array, start: float, end: float) -> Array:
     if outside.any():
         found = t[outside][0]
         raise InvalidInputError(
-            f"t: must be between the first and the last knot, {start} and {end} (or enable extrapolation), "
+            f"t: must be between the first and the last knot, {start} and {end} (extrapolate=True continues the curve), "
             f"found {found}"
         )
     return np.clip(t, start, end)

@@ -40,7 +40,8 @@ def read_bc_type(bc_type: Any, shape: tuple[int, ...]) -> BcType:
 
 def _word(word: str, words: tuple[str, ...], other: str) -> str:
     if word not in words:
-        raise InvalidInputError(f"bc_type: expected {', '.join(map(repr, words))} {other}, found {word!r}")
+        advice = "; for that of SciPy give estimated rates, ((1, w0), (1, w1))" if word == "not-a-knot" else ""
+        raise InvalidInputError(f"bc_type: expected {', '.join(map(repr, words))} {other}, found {word!r}{advice}")
     return word
 
 

@@ -65,8 +65,8 @@ def _of_scipy(poses: Any) -> Poses:
 
 
 def _of_matrices(poses: Any) -> Poses:
-    single = is_single(poses)
     matrices = real_array(poses, "poses")
+    single = is_single(poses)
     if matrices.ndim != 3 or matrices.shape[1:] != (4, 4):
         raise InvalidInputError(
             "poses: expected a RigidTransform, matrices (N, 4, 4) or a tuple (rotations, positions), "

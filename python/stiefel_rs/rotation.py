@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -213,7 +214,8 @@ class RotationSpline(RotationMotion):
             Weight of the acceleration, at least 0, in s^3; 0 interpolates. By default chosen by generalised
             cross-validation, which needs at least three rotations.
         weights : array_like, shape (N,), optional
-            Positive weights, dimensionless; by default 1.
+            Positive weights, by default 1. They may be dimensionless, or 1 / variance in rad^-2: then ``lam`` is in
+            s^3/rad^2, and the curve is the same.
         extrapolate, project : bool
             As for the class.
         tol : float, default 1e-11
@@ -226,7 +228,7 @@ class RotationSpline(RotationMotion):
         Returns
         -------
         RotationSpline
-            Spline with the attribute ``lam``. Its knots are the distinct times; ``rotations`` are those of the curve.
+            Spline with the attributes ``lam``, ``misfit`` and ``degrees_of_freedom``. Its knots are the distinct times; ``rotations`` are those of the curve.
 
         Raises
         ------
@@ -245,6 +247,8 @@ class RotationSpline(RotationMotion):
         (True, True)
         """
         options: Any = {"extrapolate": True, "tol": tol, "max_iterations": max_iterations, "num_threads": num_threads}
+        if lam is not None and not isinstance(lam, Real):
+            raise TypeError(f"lam: expected a number, or None for cross-validation, found {type(lam).__name__}")
         kind, quaternions = read_rotations(rotations, project=project)
         members = each_member(t, quaternions)
         curves = [SmoothingSpline(times, matrices_of(unit(q)), weights, lam, **options) for times, q in members]

@@ -70,8 +70,8 @@ def read_rotations(rotations: Any, *, project: bool = False) -> tuple[RotationKi
         return "Rotation", _of_scipy(rotations)
     if isinstance(rotations, list | tuple) and any(is_transform(item, "Rotation") for item in rotations):
         raise TypeError("rotations: found a list of Rotation objects; join them with Rotation.concatenate")
-    single = is_single(rotations)
     array = real_array(rotations, "rotations")
+    single = is_single(rotations)
     if array.ndim >= 2 and array.shape[-1] == 4:
         check_knots_finite(array, "rotations", 1)
         _check_lengths(array)

@@ -117,8 +117,25 @@ class RotationMotion(AngularMotion):
     @property
     def lam(self) -> Any:
         """Weight of the acceleration of a smoothing spline, in s^3, shape (...); None for other splines."""
+        return self._of_smoothing("lam")
+
+    @property
+    def misfit(self) -> Any:
+        """Sum of the weighted squared angles of a smoothing spline to its data, in rad^2, shape (...); None for others."""
+        return self._of_smoothing("misfit")
+
+    @property
+    def degrees_of_freedom(self) -> Any:
+        """Effective number of rotations that a smoothing spline keeps, shape (...); None for other splines.
+
+        Between 2 and N. With weights 1 the variance of an angle about each axis is about
+        ``misfit / (3 * (N - degrees_of_freedom))``.
+        """
+        return self._of_smoothing("degrees_of_freedom")
+
+    def _of_smoothing(self, name: str) -> Any:
         curves = [member.curve for member in self._curves.members]
-        found = [curve.lam for curve in curves if isinstance(curve, SmoothingSpline)]
+        found = [getattr(curve, name) for curve in curves if isinstance(curve, SmoothingSpline)]
         return self._curves.values(found) if len(found) == len(curves) else None
 
     @property

@@ -196,7 +196,13 @@ pub fn at_knot(exception: PyErr, knot: usize) -> PyErr {
 }
 
 /// Advice, in Python's terms, for a rejected point whose defect `project=True` accepts.
-const POINT_ADVICE: &str = "curves take it with project=True; `Stiefel.project` gives";
+const POINT_ADVICE: &str = "curves take it with project=True; `project` of the manifold gives";
+
+/// The same where it does not.
+const PROJECTION: &str = "`project` of the manifold gives";
+
+/// Advice for a time outside the knots.
+const EXTRAPOLATION: &str = "extrapolate=True continues the curve";
 
 /// Advice for a rejected vector.
 const VECTOR_ADVICE: &str = "; `project_tangent` gives the tangent part";
@@ -220,9 +226,17 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         Error::NotOrthonormal { defect, .. } => {
             let advice = match *defect <= PROJECTED {
                 true => POINT_ADVICE,
-                false => "`Stiefel.project` gives",
+                false => PROJECTION,
             };
             message = message.replacen("`Stiefel::project` gives", advice, 1);
+        }
+        Error::InvalidArgument { name: "t", .. } => {
+            message = message.replacen("or enable extrapolation", EXTRAPOLATION, 1);
+        }
+        Error::OutsideLogDomain { .. } | Error::RightAngle { .. }
+            if matches!(error, Error::AtKnot { .. }) =>
+        {
+            message.push_str("; add a knot between them");
         }
         Error::NotTangent { .. } | Error::NotHorizontal { .. } => message.push_str(VECTOR_ADVICE),
         _ => {}

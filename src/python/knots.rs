@@ -235,7 +235,11 @@ fn condition_of(word: &str, (n, k): (usize, usize)) -> Option<EndCondition> {
 }
 
 fn unknown(word: &str, expected: &str) -> PyErr {
-    invalid!("bc_type: expected {expected}, found '{word}'")
+    let advice = match word {
+        "not-a-knot" => "; for that of SciPy give estimated velocities, ((1, V0), (1, V1))",
+        _ => "",
+    };
+    invalid!("bc_type: expected {expected}, found '{word}'{advice}")
 }
 
 /// The two items of a pair.

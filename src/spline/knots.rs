@@ -48,8 +48,8 @@ fn check_in_order(
     if t.len() < 2 {
         return Err(Error::Shape {
             name: "t",
-            expected: "at least two times with a point each".to_owned(),
-            found: t.len().to_string(),
+            expected: "(N,) with N >= 2, one time for each point".to_owned(),
+            found: format!("({},)", t.len()),
         });
     }
     if let Some(index) = t.iter().position(|t| !t.is_finite()) {

@@ -199,7 +199,9 @@ def test_advice_fits():
     _, points, vectors = problem(5, 2, "real")
     with pytest.raises(InvalidInputError) as error:
         CubicSpline(np.arange(3.0), 1.2 * points, project=True)
-    assert "project=True" not in str(error.value) and "`Stiefel.project` gives the nearest point" in str(error.value)
+    assert "project=True" not in str(error.value) and "`project` of the manifold gives the nearest point" in str(
+        error.value
+    )
     with pytest.raises(InvalidInputError, match="`project_tangent` gives the tangent part"):
         CubicHermite(np.arange(3.0), points, rounded(vectors))
 

@@ -107,5 +107,5 @@ def test_figure(rows, tmp_path):
     drawn = pytest.importorskip("stiefel_rs.reproduce.control_points_figure")
     done = []
     paths = drawn.write(tmp_path, rows, lambda: done.append(1))
-    assert [p.name for p in paths] == ["control_points.png", "control_points.pdf"]
+    assert [p.name for p in paths] == ["control_points.png", "control_points.svg", "control_points.pdf"]
     assert all(p.stat().st_size > 5000 for p in paths) and done == [1]

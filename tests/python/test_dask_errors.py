@@ -114,7 +114,7 @@ def test_bad_shapes_types_and_values_are_found_early(ends):
         (lambda: solve(S0, V0, S1, V1.astype("M8[s]")), TypeError, "V1: expected real or complex numbers"),
         (lambda: solve(S0, V0, S1, [[1.0], [2.0, 3.0]]), InvalidInputError, "V1"),
         (lambda: solve(S0, holes, S1, V1), InvalidInputError, r"V0: the entry at \(7, 1, 0\) is not finite"),
-        (lambda: solve(S0, unknown, S1, V1), InvalidInputError, "V0: sizes of its blocks are unknown"),
+        (lambda: solve(S0, unknown, S1, V1), InvalidInputError, "V0: the sizes of its blocks are unknown"),
         (lambda: solve(*ends, chunk=0), InvalidInputError, "chunk: expected at least 1"),
         (lambda: solve(*ends, chunk=2.5), TypeError, "chunk"),
         (lambda: solve(*ends, kind="exact"), InvalidInputError, "kind"),

@@ -65,8 +65,8 @@ def test_bad_shapes(make, data):
 
 
 def test_too_few():
-    refuse("at least two", RotationSpline, [0.0], [[0, 0, 0, 1]])
-    refuse("at least two", RotationSpline, [], np.zeros((0, 4)))
+    refuse("N >= 2", RotationSpline, [0.0], [[0, 0, 0, 1]])
+    refuse("N >= 2", RotationSpline, [], np.zeros((0, 4)))
 
 
 def test_bad_quaternions(make, data):
@@ -251,8 +251,8 @@ def test_keywords_of_scipy(data):
 def test_times_of_batches_are_not_cut_up(data):
     _, q = data
     refuse("one time for each of the 4 points, found 8", RotationSpline, np.arange(8.0), np.stack([q, q]))
-    refuse("at least two", RotationSpline, [], np.zeros((3, 0, 4)))
-    refuse("at least two", RotationSpline, [0.0], np.ones((3, 1, 4)))
+    refuse("N >= 2", RotationSpline, [], np.zeros((3, 0, 4)))
+    refuse("N >= 2", RotationSpline, [0.0], np.ones((3, 1, 4)))
 
 
 def test_lists_in_single_precision_count_as_such(data):

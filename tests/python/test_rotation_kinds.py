@@ -199,5 +199,5 @@ except ImportError as error:
     print(error)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.startswith("a Rotation needs SciPy, which is no dependency of stiefel_rs"), done.stdout
+    assert done.stdout.startswith("a Rotation needs SciPy, which is not installed with stiefel_rs"), done.stdout
     assert "pip install scipy" in done.stdout

@@ -88,7 +88,7 @@ def test_derivative_is_a_function():
     with pytest.raises(InvalidInputError, match="extrapolate"):
         velocity(1.5, extrapolate=False)
     for wrong in (lambda: CUBIC.derivative(4), lambda: velocity(t, 3), lambda: CUBIC.derivative(-1)):
-        with pytest.raises(InvalidInputError, match="order 0 to 3"):
+        with pytest.raises(InvalidInputError, match="order must be from 0 to 3"):
             wrong()
 
 
