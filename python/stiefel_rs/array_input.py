@@ -104,7 +104,7 @@ def check_knots_finite(array: Array, name: str, axes: int) -> None:
         raise at_knot(f"{name}: not finite", *located(int(np.argmin(each)), lead))
 
 
-def times_within(t: Array, start: float, end: float) -> Array:
+def times_within(t: Array, start: float, end: float, advice: str = " (extrapolate=True continues the curve)") -> Array:
     """Return times, after moving those outside by at most 4 ulp of the larger end to the end.
 
     Raises
@@ -117,7 +117,6 @@ def times_within(t: Array, start: float, end: float) -> Array:
     if outside.any():
         found = t[outside][0]
         raise InvalidInputError(
-            f"t: must be between the first and the last knot, {start} and {end} (extrapolate=True continues the curve), "
-            f"found {found}"
+            f"t: must be between the first and the last knot, {start} and {end}{advice}, found {found}"
         )
     return np.clip(t, start, end)

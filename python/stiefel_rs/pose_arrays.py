@@ -33,7 +33,10 @@ def floats(name: str, value: Any, shape: tuple[int | None, ...]) -> Array:
         The entries are not real numbers.
     """
     _check_unmasked(name, value)
-    given = np.asarray(value)
+    try:
+        given = np.asarray(value)
+    except ValueError:
+        raise InvalidInputError(f"{name}: found items of different shapes") from None
     if not np.can_cast(given.dtype, np.float64, "same_kind"):
         raise TypeError(f"{name}: expected real numbers, found {given.dtype}")
     fits = given.ndim == len(shape)
@@ -42,7 +45,9 @@ def floats(name: str, value: Any, shape: tuple[int | None, ...]) -> Array:
         raise InvalidInputError(f"{name}: expected shape ({wanted}), found {given.shape}")
     array = given.astype(np.float64)
     if not (finite := np.isfinite(array)).all():
-        raise InvalidInputError(f"{name}: {finite.size - finite.sum()} of {finite.size} entries are not finite")
+        first = tuple(map(int, np.argwhere(~finite)[0]))
+        count = finite.size - finite.sum()
+        raise InvalidInputError(f"{name}: {count} of {finite.size} entries are not finite, the first is {list(first)}")
     return array
 
 

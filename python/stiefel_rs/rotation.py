@@ -228,7 +228,8 @@ class RotationSpline(RotationMotion):
         Returns
         -------
         RotationSpline
-            Spline with the attributes ``lam``, ``misfit`` and ``degrees_of_freedom``. Its knots are the distinct times; ``rotations`` are those of the curve.
+            Spline with the attributes ``lam``, ``misfit`` and ``degrees_of_freedom``. Its knots are the distinct times;
+            ``rotations`` are those of the curve.
 
         Raises
         ------

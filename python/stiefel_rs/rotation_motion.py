@@ -121,12 +121,12 @@ class RotationMotion(AngularMotion):
 
     @property
     def misfit(self) -> Any:
-        """Sum of the weighted squared angles of a smoothing spline to its data, in rad^2, shape (...); None for others."""
+        """Sum of the weighted squared angles from a smoothing spline to its data, in rad^2, shape (...); else None."""
         return self._of_smoothing("misfit")
 
     @property
     def degrees_of_freedom(self) -> Any:
-        """Effective number of rotations that a smoothing spline keeps, shape (...); None for other splines.
+        """Effective number of rotations that a smoothing spline retains, shape (...); None for other splines.
 
         Between 2 and N. With weights 1 the variance of an angle about each axis is about
         ``misfit / (3 * (N - degrees_of_freedom))``.

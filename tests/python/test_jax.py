@@ -307,6 +307,13 @@ def test_shapes_that_do_not_fit():
         sj.geometric_cubic(S, 0 * S, S1, 0 * S, np.nan)
 
 
+def test_traced_rotations_name_the_functions_to_use(rng):
+    q = quaternions(rng)
+    for make in (RotationSpline, RotationSpline.smoothing):
+        with pytest.raises(TypeError, match=r"rotations: traced by JAX; use the functions of stiefel_rs\.jax"):
+            jax.grad(lambda q, make=make: make(KNOTS, q)(0.3).sum())(q)
+
+
 def test_times_outside_of_the_knots_raise():
     for function in (sj.rotation_spline, jax.grad(lambda *data: jnp.sum(sj.rotation_spline(*data)))):
         with pytest.raises(InvalidInputError, match=r"between|outside"):

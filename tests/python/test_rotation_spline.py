@@ -272,3 +272,17 @@ def test_curves_in_files_make_the_spline_again(tmp_path):
         again = RotationSpline.from_curve(stiefel_rs.load(tmp_path / "curve.npz"), kind="matrices", extrapolate=True)
         same(again(t), matrices_of(spline(t)), 1e-12)
         assert type(again.curve) is type(spline.curve)
+
+
+def test_smoothing_tells_misfit_and_degrees_of_freedom(rng):
+    t = np.linspace(0.0, 4.0, 60)
+    measured = Rotation.from_rotvec(np.outer(np.sin(t), [0.3, 0.5, 0.8]) + 0.02 * rng.normal(size=(60, 3)))
+    spline = RotationSpline.smoothing(t, measured)
+    angles = (measured.inv() * spline(t)).magnitude()
+    assert spline.misfit == pytest.approx((angles**2).sum(), rel=1e-9)
+    assert 2 < spline.degrees_of_freedom < 60
+    assert np.sqrt(spline.misfit / (3 * (60 - spline.degrees_of_freedom))) == pytest.approx(0.02, rel=0.15)
+    exact = RotationSpline(t, measured)
+    assert exact.misfit is None and exact.degrees_of_freedom is None
+    with pytest.raises(TypeError, match="lam: expected a number, or None"):
+        RotationSpline.smoothing(t, measured, lam="gcv")

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from .._core import CubicSpline
+from ..array_input import times_within
 from ..errors import InvalidInputError
 from ..rotation import RotationSpline
 from .arguments import Array, Frame, Plain, Shape, inner_products, transposed
@@ -36,6 +37,11 @@ def check_bc_type(bc_type: object) -> None:
         raise InvalidInputError(f"bc_type: expected one of {', '.join(_BC_TYPES)}, found {bc_type!r}")
 
 
+def inside(knots: Array, t: Array) -> Array:
+    """Return times between the first and the last knot: these functions do not extrapolate."""
+    return times_within(t, float(knots[0]), float(knots[-1]), advice="")
+
+
 def cubic_spline(bc_type: BcType) -> Operation:
     """Return the spline through frames with the given end conditions, as an operation."""
     check_bc_type(bc_type)
@@ -56,7 +62,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
     )
 
     def value(knots: Array, points: Array, t: Array) -> Array:
-        return solved((knots, points))(t)
+        return solved((knots, points))(inside(knots, t))
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
         curve, t = solved(data[:2]), data[2]
@@ -91,7 +97,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
     )
 
     def value(knots: Array, q: Array, t: Array) -> Array:
-        found: Array = solved((knots, q))(t)
+        found: Array = solved((knots, q))(inside(knots, t))
         return found
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:

@@ -16,7 +16,7 @@ from .cubics import farthest, onwards, points_shape, reversed_by
 from .jacobi_fields import manifold_of, split
 from .operation import Operation
 from .solved import Solved, core_shape, numbers_of_cubic, numbers_of_piece
-from .splines import BcType, check_bc_type, spline_shape
+from .splines import BcType, check_bc_type, inside, spline_shape
 from .turning import Turning
 
 # Horizontal variations of the curve at some times, and gradients by the data from cotangents at some times.
@@ -194,7 +194,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
     )
 
     def value(knots: Array, bases: Array, t: Array) -> Array:
-        return solved((knots, bases))(t)
+        return solved((knots, bases))(inside(knots, t))
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
         (knots, bases, t), (dknots, dbases, dt) = data, moves
