@@ -50,13 +50,11 @@ test-rust: ## Unit, integration and documentation tests of the crate
 	$(SAY) 'Tests of the crate (minutes to compile the first time)'
 	cargo test --locked --features serde
 
-test-python: $(INSTALLED) ## The Python tests, types and stubs
+test-python: $(INSTALLED) ## The Python tests, stubs among them, and types
 	$(SAY) 'Python tests (about 18 minutes); missing tools are listed at the end, one per line'
 	$(BIN)/python -m pytest
 	$(SAY) 'Types'
 	$(BIN)/python -m mypy
-	$(SAY) 'Stubs against the compiled module'
-	$(BIN)/python -m mypy.stubtest stiefel_rs._core
 
 MINIMAL_TESTS := $(addprefix tests/python/test_, readme.py curves.py stiefel.py splines.py spline_input.py velocities.py save.py interpolate.py \
 	threads.py)
