@@ -165,7 +165,7 @@ def test_bad_options_are_found_early_whatever_happens_to_errors(ends):
         (lambda: splines(max_iterations="a"), TypeError, "max_iterations"),
         (lambda: splines(at=[5.0, 39.25]), InvalidInputError, r"at: 39.25 is outside the knots, .* 0.5 to 39.0"),
         (lambda: splines(at=[0.25]), InvalidInputError, "at: 0.25 is outside"),
-        (lambda: batches.splines([0.0], S0[:, None]), InvalidInputError, "t: .*two times"),
+        (lambda: batches.splines([0.0], S0[:, None]), InvalidInputError, r"t: .*N >= 2"),
         (lambda: batches.evaluate(T, *ends, t_end=0.0), InvalidInputError, "t_end"),
         (lambda: batches.evaluate(T, *ends, t_end=np.nan), InvalidInputError, "t_end"),
         (lambda: batches.Stiefel(5, 2).retract(S0, V0, kind="x"), InvalidInputError, "kind"),
