@@ -15,7 +15,7 @@ from benchmarks.compare.measure import FULL, QUICK, Effort, Outcome, Pool, run_r
 from benchmarks.compare.page import WHOLE, Page
 from benchmarks.compare.row import THREADS, Row
 from benchmarks.compare.rows import all_rows
-from benchmarks.compare.table import lines_of
+from benchmarks.compare.table import shown, verdicts
 from benchmarks.compare.virtual_environments import UnavailableError, python_of
 from benchmarks.environment import ROOT, load, machine
 
@@ -95,7 +95,7 @@ def page_of(
     outcomes: Sequence[Outcome], facts: dict[str, str], failures: dict[str, str], options: argparse.Namespace
 ) -> Page:
     """The page of a run; a run of some rows updates the existing page."""
-    lines = [line.cells() for outcome in outcomes for line in lines_of(outcome)]
+    lines = [line.cells() for outcome in outcomes for line in shown(outcome)]
     if not options.only:
         return Page({WHOLE: facts}, lines, failures)
     page = Page({f"rows with {', '.join(f'`{text}`' for text in options.only)}": facts}, lines, failures)
@@ -123,7 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     page = page_of(outcomes, facts, pool.failed, options).text()
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(page)
-    print(f"\n{page}\nwritten to {options.out}")
+    print(f"\n{page}\nwritten to {options.out}\n{verdicts(outcomes)}")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
-"""Lines of the report: one per comparison, with its target and whether it is reached."""
+"""Lines of the report: one per comparison; and the targets of this project, with whether they are reached."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from benchmarks.compare.measure import SINGLE, Figure, Outcome
-from benchmarks.compare.page import MET, MISSED
 from benchmarks.compare.row import Rival
 from benchmarks.durations import seconds
 
@@ -27,8 +27,21 @@ class Line:
 
     def cells(self) -> tuple[str, ...]:
         """Texts of the cells."""
-        verdict = {None: "", True: MET, False: MISSED}[self.reached]
-        return self.work, self.ours, self.other, self.figure, self.ratio, self.reach + verdict
+        return self.work, self.ours, self.other, self.figure, self.ratio
+
+
+def shown(outcome: Outcome) -> list[Line]:
+    """Lines of one row for readers of the page: comparisons with other libraries, or our time if there are none."""
+    lines = lines_of(outcome)
+    others = {rival.label for rival in outcome.row.rivals if not rival.peer.startswith("stiefel_rs")}
+    return [line for line in lines if line.other in others] or [replace(lines[0], other="", figure="", ratio="")]
+
+
+def verdicts(outcomes: Sequence[Outcome]) -> str:
+    """How many targets are met, and a line for each that is missed."""
+    judged = [line for outcome in outcomes for line in lines_of(outcome) if line.reached is not None]
+    missed = [f"missed: {line.work}: {line.ours}, {line.reach}" for line in judged if not line.reached]
+    return "\n".join([f"{len(judged) - len(missed)} of {len(judged)} targets are met", *missed])
 
 
 def lines_of(outcome: Outcome) -> list[Line]:

@@ -138,8 +138,8 @@ impl PyCurve {
 
     /// Draw the curve with ``stiefel_rs.plotting.plot``; needs matplotlib (extra ``plot``).
     ///
-    /// Curves with more than 60 matrix entries are drawn as an overview: angles of the columns to the start, speed, length of the
-    /// covariant acceleration, and an image of all entries.
+    /// Curves with more than 60 matrix entries are drawn as an overview: angles of the columns to the start, speed,
+    /// length of the covariant acceleration, and an image of all entries.
     ///
     /// Parameters
     /// ----------
