@@ -94,7 +94,7 @@ bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick
 
 benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, InterpolatePy and others, into docs/benchmarks.md; ARGS="--only cubic"
-	$(SAY) 'Comparison with other libraries (7 minutes; they are installed the first time)'
+	$(SAY) 'Comparison with other libraries (9 minutes; they are installed the first time)'
 	$(BIN)/python -m benchmarks.compare $(ARGS)
 
 gallery: $(INSTALLED) ## The examples, with their figures and numbers, into docs/gallery.md and docs/figures; the picture of the README

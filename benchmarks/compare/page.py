@@ -32,8 +32,8 @@ cost is the integral of the squared covariant acceleration, a jump the largest d
 acceleration at a knot. Times exclude compilation; heyoka's is listed separately. An empty cell of the first two columns
 repeats the cell above.
 
-The first table describes the machine and the versions; a ditto mark repeats the cell to its left. Rows that were
-measured again separately (`ARGS="--only TEXT"`) have their own column.
+The first table describes the machine and the versions, a column for each run; a ditto mark repeats the cell to its
+left.
 """
 
 

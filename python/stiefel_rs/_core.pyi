@@ -2511,9 +2511,8 @@ class CubicSpline(PiecewiseCurve):
         covariant acceleration, tangent vectors of shape (n, k).
     kind : "riemannian" or "geometric", default "riemannian"
         Pieces: Riemannian cubics, for which the cost is stationary, or geometric cubics (adjusted de Casteljau), whose
-        cost is close to it. A geometric spline is found in half to a twentieth of the time from St(4, 2) to St(20, 4),
-        in about the same time on the sphere and St(3, 2), and in up to twice the time on the rotations St(3, 3).
-        Evaluation takes longer: 1.1 times on the sphere, 5 times on St(3, 3).
+        cost is close to it. A geometric spline is found in about a twentieth of the time on St(20, 4), but takes about
+        3, 6 and 10 times as long on the sphere, St(3, 2) and St(3, 3). Evaluation takes longer: 5 times on St(3, 3).
     extrapolate : bool, default False
         If True, the first and the last piece are continued outside ``[t[0], t[-1]]``; by default such times raise.
     tol : float, default 1e-12

@@ -69,6 +69,19 @@ def either(t: ArrayLike | None, times: ArrayLike | None) -> ArrayLike:
     return cast("ArrayLike", t if times is None else times)
 
 
+def either_weights(weights: ArrayLike | None, w: ArrayLike | None) -> ArrayLike | None:
+    """Return the weights of measurements, under their own name or that of SciPy.
+
+    Raises
+    ------
+    TypeError
+        Both are given.
+    """
+    if weights is not None and w is not None:
+        raise TypeError("weights: pass either weights or w, not both")
+    return w if weights is None else weights
+
+
 def finite_array(values: ArrayLike, name: str) -> Array:
     """Read finite real numbers of any shape as float64.
 

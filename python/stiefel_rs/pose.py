@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import positions as position_splines
+from .array_input import either_weights
 from .end_conditions import BcType, part, read_bc_type
 from .errors import InvalidInputError
 from .pose_input import Poses, read_poses
@@ -120,6 +121,7 @@ class PoseSpline(PoseMotion):
         *,
         lam: float | tuple[float | None, float | None] | None = None,
         weights: ArrayLike | None = None,
+        w: ArrayLike | None = None,
         extrapolate: bool = True,
         project: bool = False,
         tol: float = 1e-11,
@@ -144,6 +146,8 @@ class PoseSpline(PoseMotion):
             for the rotations and one for each coordinate of the positions.
         weights : array_like, shape (N,), optional
             Positive weights, dimensionless, for both rotations and positions; by default 1.
+        w : array_like, optional
+            Alias of `weights`, as in SciPy.
         extrapolate, project : bool
             As for the class.
         tol, max_iterations, num_threads
@@ -170,6 +174,7 @@ class PoseSpline(PoseMotion):
         >>> bool(np.abs(spline.position(0.5) - [0.5, 0.25, 0]).max() < 0.01)  # m
         True
         """
+        weights = either_weights(weights, w)
         found = read_poses(poses)
         lam_rotations, lam_positions = _two(lam)
         rotations = RotationSpline.smoothing(

@@ -33,13 +33,15 @@ class PoseMotion(AngularMotion):
         self._kind, self._bc_type, self._lam = kind, bc_type, lam
         self._rotations, self._positions = rotations, positions
 
-    def __call__(self, t: ArrayLike) -> Any:
+    def __call__(self, t: ArrayLike, *, extrapolate: bool | None = None) -> Any:
         """Evaluate poses, of the same kind as the input of the spline.
 
         Parameters
         ----------
         t : array_like, shape T
             Times, in s; for SciPy's classes at most one axis.
+        extrapolate : bool, optional
+            Whether times outside ``t_span`` are allowed in this call; by default as for the spline.
 
         Returns
         -------
@@ -53,7 +55,9 @@ class PoseMotion(AngularMotion):
             Times that are not finite, or outside ``t_span`` if `extrapolate` is False.
         """
         times = real_array(t, "t")
-        poses = give_back_poses(self._kind, self._rotations(times), self._linear(times, 0, "world"))
+        allowed = self.extrapolate if extrapolate is None else extrapolate
+        rotations = self._rotations(times, extrapolate=allowed)
+        poses = give_back_poses(self._kind, rotations, self._linear(times, 0, "world", extrapolate=allowed))
         return _in_library_of(t, poses)
 
     def rotation(self, t: ArrayLike) -> Any:
@@ -243,15 +247,16 @@ class PoseMotion(AngularMotion):
 
     def __repr__(self) -> str:
         first, last = self.t_span
-        return f"<PoseSpline of {self._kind}, {len(self.t)} knots, t_span ({first!r}, {last!r})>"
+        curve = f"{type(self._rotations.curve).__name__} on St(3, 3)"
+        return f"<PoseSpline of {self._kind}, {curve} and R^3, {len(self.t)} knots, t_span ({first!r}, {last!r})>"
 
     def _angular(self, t: ArrayLike, order: int, frame: Frame) -> Array:
         return self._rotations._angular(t, order, frame)
 
-    def _linear(self, t: ArrayLike, order: int, frame: Frame) -> Array:
+    def _linear(self, t: ArrayLike, order: int, frame: Frame, *, extrapolate: bool | None = None) -> Array:
         in_body = check_frame(frame) == "body"
         times = finite_array(t, "t")
-        if not self.extrapolate:
+        if not (self.extrapolate if extrapolate is None else extrapolate):
             times = times_within(times, *self.t_span)
         world = derivative(self._positions, times, order)
         return rotated(inverse(self._rotations._curves.quaternions(times)), world) if in_body else world

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from numbers import Real
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ._core import CubicHermite, CubicSpline, RotationCurve, SmoothingSpline
 from .angular_motion import Frame, check_frame
-from .array_input import Array, either, vectors_at_knots
+from .array_input import Array, either, either_weights, vectors_at_knots
 from .end_conditions import BcType, read_bc_type
 from .errors import InvalidInputError
 from .rotation_curves import each_member, flat_batch
@@ -193,6 +192,7 @@ class RotationSpline(RotationMotion):
         *,
         lam: float | None = None,
         weights: ArrayLike | None = None,
+        w: ArrayLike | None = None,
         extrapolate: bool = True,
         project: bool = False,
         tol: float = 1e-11,
@@ -216,6 +216,8 @@ class RotationSpline(RotationMotion):
         weights : array_like, shape (N,), optional
             Positive weights, by default 1. They may be dimensionless, or 1 / variance in rad^-2: then ``lam`` is in
             s^3/rad^2, and the curve is the same.
+        w : array_like, optional
+            Alias of `weights`, as in SciPy.
         extrapolate, project : bool
             As for the class.
         tol : float, default 1e-11
@@ -248,8 +250,9 @@ class RotationSpline(RotationMotion):
         (True, True)
         """
         options: Any = {"extrapolate": True, "tol": tol, "max_iterations": max_iterations, "num_threads": num_threads}
-        if lam is not None and not isinstance(lam, Real):
+        if lam is not None and (isinstance(lam, str) or np.ndim(lam) != 0):
             raise TypeError(f"lam: expected a number, or None for cross-validation, found {type(lam).__name__}")
+        weights = either_weights(weights, w)
         kind, quaternions = read_rotations(rotations, project=project)
         members = each_member(t, quaternions)
         curves = [SmoothingSpline(times, matrices_of(unit(q)), weights, lam, **options) for times, q in members]

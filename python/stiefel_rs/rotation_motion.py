@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -43,7 +44,14 @@ class RotationMotion(AngularMotion):
         self._curves = RotationCurves(tuple(curves), shape, bool(extrapolate))
         self._kind, self._bc_type = kind, bc_type
 
-    def __call__(self, t: ArrayLike | None = None, order: int = 0, *, times: ArrayLike | None = None) -> Any:
+    def __call__(
+        self,
+        t: ArrayLike | None = None,
+        order: int = 0,
+        *,
+        times: ArrayLike | None = None,
+        extrapolate: bool | None = None,
+    ) -> Any:
         """Evaluate rotations, or their rates in the body frame.
 
         Parameters
@@ -54,6 +62,8 @@ class RotationMotion(AngularMotion):
             0 for rotations; 1, 2 and 3 for angular rate, acceleration and jerk.
         times : array_like, optional
             Alias of `t`, as in SciPy.
+        extrapolate : bool, optional
+            Whether times outside ``t_span`` are allowed in this call; by default as for the spline.
 
         Returns
         -------
@@ -73,9 +83,10 @@ class RotationMotion(AngularMotion):
             raise InvalidInputError(f"order: must be 0, 1, 2 or 3, found {order!r}")
         if self._kind == "Rotation" and np.ndim(t) > SCIPY_AXES:
             raise InvalidInputError(f"t: Rotation objects allow at most one axis of times, found shape {np.shape(t)}")
+        curves = self._curves if extrapolate is None else replace(self._curves, extrapolate=bool(extrapolate))
         if order:
-            return _in_library_of(t, self._curves.rates(t, int(order)))
-        return _in_library_of(t, give_back(self._kind, self._curves.quaternions(t)))
+            return _in_library_of(t, curves.rates(t, int(order)))
+        return _in_library_of(t, give_back(self._kind, curves.quaternions(t)))
 
     def cost(self) -> Any:
         """Return the integral of the squared angular acceleration over ``t_span``.
@@ -179,7 +190,9 @@ class RotationMotion(AngularMotion):
         if not members:
             return f"<RotationSpline of {self._kind}, {batch}empty>"
         first, last = min(float(member.t[0]) for member in members), max(float(member.t[-1]) for member in members)
-        return f"<RotationSpline of {self._kind}, {batch}{len(members[0].t)} knots, t_span ({first!r}, {last!r})>"
+        curve = f"{type(members[0].curve).__name__} on St(3, 3)"
+        knots = f"{len(members[0].t)} knots, t_span ({first!r}, {last!r})"
+        return f"<RotationSpline of {self._kind}, {batch}{curve}, {knots}>"
 
     def _angular(self, t: ArrayLike, order: int, frame: Frame) -> Array:
         in_world = check_frame(frame) == "world"

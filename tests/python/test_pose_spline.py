@@ -206,7 +206,7 @@ def test_attributes_and_text(curve):
     assert spline.bc_type == "natural"
     assert isinstance(spline.rotation_spline, RotationSpline)
     assert isinstance(spline.position_spline, Flat)
-    assert repr(spline).startswith("<PoseSpline of matrices, 6 knots, t_span (0.79971")
+    assert repr(spline).startswith("<PoseSpline of matrices, CubicSpline on St(3, 3) and R^3, 6 knots, t_span (0.79971")
 
 
 def test_pickles_and_copies():

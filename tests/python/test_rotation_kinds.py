@@ -182,7 +182,7 @@ def test_pickles_and_copies(kind):
 
 def test_text():
     spline = RotationSpline(T, turned(ANGLE))
-    assert repr(spline) == "<RotationSpline of quaternions, 5 knots, t_span (0.0, 4.0)>"
+    assert repr(spline) == ("<RotationSpline of quaternions, CubicSpline on St(3, 3), 5 knots, t_span (0.0, 4.0)>")
     assert spline.report.converged
 
 

@@ -9,7 +9,9 @@ from stiefel_rs import (
     CurveDerivative,
     GeometricCubic,
     InvalidInputError,
+    PoseSpline,
     RiemannianCubic,
+    RotationSpline,
     SmoothingSpline,
     Stiefel,
     load,
@@ -111,3 +113,26 @@ def test_reprs_say_what_a_curve_is():
     assert repr(SPLINES["geometric"]()) == "<CubicSpline on St(5, 2), geometric, 4 knots, t_span (0.1, 0.7)>"
     words = "<GeometricCubic on St(5, 2), degree 3 of quasi_geodesic pieces, t_span (0.0, 1.0)>"
     assert repr(GeometricCubic(S, V, POINTS[1], 0 * V)) == words
+
+
+def test_splines_of_rotations_and_poses_have_these_arguments_too(rng):
+    t = np.linspace(0.0, 3.0, 6)
+    q, p = [0, 0, 0, 1] + 0.2 * rng.normal(size=(6, 4)), rng.normal(size=(6, 3))
+    for make, data in ((RotationSpline, q), (PoseSpline, (q, p))):
+        within, beyond = make(t, data, extrapolate=False), make(t, data)
+        for wrong in (lambda within=within: within(3.5), lambda beyond=beyond: beyond(3.5, extrapolate=False)):
+            with pytest.raises(InvalidInputError, match=r"found 3\.5"):
+                wrong()
+        for one, other in zip(within(3.5, extrapolate=True), beyond(3.5), strict=True):
+            np.testing.assert_array_equal(one, other)
+        with pytest.raises(InvalidInputError, match=r"found 3\.5"):
+            within(3.5)
+        weights = np.linspace(1.0, 2.0, 6)
+        smooth = make.smoothing(t, data, lam=1e-3, w=weights)
+        for one, other in zip(smooth(1.3), make.smoothing(t, data, lam=1e-3, weights=weights)(1.3), strict=True):
+            np.testing.assert_array_equal(one, other)
+        with pytest.raises(TypeError, match="either weights or w"):
+            make.smoothing(t, data, w=weights, weights=weights)
+    np.testing.assert_array_equal(
+        RotationSpline(t, q, extrapolate=False)(3.5, 1, extrapolate=True), RotationSpline(t, q)(3.5, 1)
+    )

@@ -92,7 +92,7 @@ MANIFOLD: Final = (
         ("Stiefel.decompose",),
         ("test_paper_manifold.py::test_projections_of_rank_k",),
         (report.MANIFOLD,),
-        "No function returns this P; in the formulas P is `I - S S^T`.",
+        "`Grassmann.projector` returns this P; in the formulas P is `I - S S^T`.",
     ),
     Row(
         "`so_P(n)`",

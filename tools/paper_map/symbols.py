@@ -5,7 +5,7 @@ from typing import Final
 SYMBOLS: Final = (
     ("`S_0, S_3, V_0, V_3` (end data)", "`S0, S1, V0, V1`"),
     ("`S_1, S_2` (control points)", "`control_points[1]`, `control_points[2]`"),
-    ("`P = S S^T`", "no name; in the formulas `P = I - S S^T`"),
+    ("`P = S S^T`", "`Grassmann.projector(S)`; in the formulas `P = I - S S^T`"),
     ("`X, Omega`", "`X, Omega`, or `K = X S` with `V = K + S Omega`"),
     ("`R_S(V)`", "`Stiefel.retract(S, V)`"),
     ("`beta`, `gamma`", "`QuasiGeodesic`, `GeometricCubic`"),
