@@ -25,7 +25,8 @@ NO_METADATA: Final = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 # Coordinates in hundredths of a point, 1/7200 inch.
 SCALE: Final = 100
 NUMBER: Final = re.compile(r"-?\d+\.\d{3,}")
-COORDINATE: Final = re.compile(r'(?<= )(?:x|y|transform)="[^"]*"')
+# Not the scales of images, which may be small.
+COORDINATE: Final = re.compile(r'(?<= )(?:x|y|transform)="(?![^"]*(?:matrix|scale))[^"]*"')
 PATH: Final = re.compile(r'(?<= )d="([^"]*)"', flags=re.DOTALL)
 # Straight lines only; the curves of marks stay as they are.
 LINES: Final = re.compile(r"\s*(?:M\s*[-\d.]+\s+[-\d.]+\s*|L\s*[-\d.]+\s+[-\d.]+\s*|z\s*)+")

@@ -8,8 +8,9 @@ use crate::spline::{EndCondition, EndConditions};
 
 /// Times from anything array-like, shape (N,).
 ///
-/// # Errors `TypeError` for objects that are not numbers (for dates, with how to convert them), `InvalidInputError` for
-/// other shapes and integers that no float represents exactly.
+/// # Errors
+/// `TypeError` for objects that are not numbers (for dates, with how to convert them), `InvalidInputError` for other
+/// shapes and integers that no float represents exactly.
 pub(super) fn times(object: &Any) -> PyResult<Vec<f64>> {
     if object.cast::<PyArrayDyn<f64>>().is_err() {
         check_numbers(object)?;

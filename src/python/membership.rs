@@ -79,8 +79,9 @@ const WORK: f64 = 10.0;
 
 /// Puts arguments on a manifold, without the interpreter.
 ///
-/// # Errors `InvalidInputError` for a defect above the limit. Input that the core rejects, such as wrong shapes and
-/// numbers that are not finite, is left to it.
+/// # Errors
+/// `InvalidInputError` for a defect above the limit. Input that the core rejects, such as wrong shapes and numbers that
+/// are not finite, is left to it.
 pub(super) fn on_manifold<const N: usize>(
     py: Python<'_>,
     roles: [(Role, &'static str); N],

@@ -318,6 +318,12 @@ def test_times_outside_of_the_knots_raise():
     for function in (sj.rotation_spline, jax.grad(lambda *data: jnp.sum(sj.rotation_spline(*data)))):
         with pytest.raises(InvalidInputError, match=r"between|outside"):
             function(KNOTS, np.array([1.0, 0.0, 0.0, 2.0]) + np.eye(4), 2.5)
+    # Compiled, the gradient is computed without the value.
+    compiled = jax.jit(
+        jax.grad(lambda t: jnp.sum(sj.rotation_spline(KNOTS, np.array([1.0, 0.0, 0.0, 2.0]) + np.eye(4), t)))
+    )
+    with pytest.raises(Exception, match=r"between the first and the last knot, 0\.0 and 2\.2, found 2\.5"):
+        compiled(2.5)
 
 
 def test_equal_members_of_a_batch_are_solved_once(rng, monkeypatch):

@@ -90,7 +90,7 @@ class Functions(ABC, Generic[T]):
         arrays = [self.pairs(array) if argument.may_be_complex else array for argument, array in pairs]
         return self.of_pairs(self.evaluate(operation, self.broadcast(arrays, operation.raw_axes)))
 
-    def _of(self, manifold: Manifold, points: Any, frames: ModuleType) -> ModuleType:
+    def _of(self, manifold: Manifold, frames: ModuleType, *points: Any) -> ModuleType:
         """Return the operations on what the points are: those given for frames, or those on subspaces."""
         if manifold is None:
             return frames
@@ -98,10 +98,10 @@ class Functions(ABC, Generic[T]):
             raise TypeError(f"manifold: expected a Stiefel or a Grassmann, found {type(manifold).__name__}")
         if isinstance(manifold, Stiefel) and manifold.alpha != CANONICAL:
             raise InvalidInputError(f"manifold: expected the canonical metric, found {manifold!r}")
-        [array] = self.arrays([points])
-        if tuple(array.shape[-2:]) != (manifold.n, manifold.k):
-            raise InvalidInputError(f"manifold: {manifold!r} has no points of shape {tuple(array.shape)}")
-        if self.is_complex(array) and manifold.field == "real":
+        arrays = self.arrays(points)
+        if (shape := tuple(arrays[0].shape))[-2:] != (manifold.n, manifold.k):
+            raise InvalidInputError(f"manifold: {manifold!r} has no points of shape {shape}")
+        if any(map(self.is_complex, arrays)) and manifold.field == "real":
             raise InvalidInputError(f"manifold: {manifold!r} has no complex points; field='complex' has")
         return subspaces if isinstance(manifold, Grassmann) else frames
 
@@ -131,7 +131,7 @@ class Functions(ABC, Generic[T]):
 
         For frames with the canonical metric, or for subspaces with ``manifold=Grassmann(n, k)``.
         """
-        found: T = self.apply(self._of(manifold, S, geodesics).EXP, S, V)
+        found: T = self.apply(self._of(manifold, geodesics, S, V).EXP, S, V)
         return found
 
     def log(self, S0: Any, S1: Any, *, manifold: Manifold = None) -> T:
@@ -139,7 +139,7 @@ class Functions(ABC, Generic[T]):
 
         For frames with the canonical metric, or for subspaces with ``manifold=Grassmann(n, k)``.
         """
-        found: T = self.apply(self._of(manifold, S0, geodesics).LOG, S0, S1)
+        found: T = self.apply(self._of(manifold, geodesics, S0, S1).LOG, S0, S1)
         return found
 
     def retract(self, S: Any, V: Any) -> T:
@@ -224,7 +224,7 @@ class Functions(ABC, Generic[T]):
         -------
         array, shape (...) + T + (n, k)
         """
-        operation = self._of(manifold, S0, cubics).RIEMANNIAN_CUBIC
+        operation = self._of(manifold, cubics, S0, V0, S1, V1).RIEMANNIAN_CUBIC
         found: T = self._at_times(operation, S0, V0, S1, V1, t, own=2)
         return found
 
@@ -244,7 +244,7 @@ class Functions(ABC, Generic[T]):
         -------
         array, shape (...) + T + (n, k)
         """
-        operation = self._of(manifold, S, cubics).CUBIC_INITIAL
+        operation = self._of(manifold, cubics, S, V, A, J).CUBIC_INITIAL
         found: T = self._at_times(operation, S, V, A, J, t, own=2)
         return found
 
@@ -270,7 +270,7 @@ class Functions(ABC, Generic[T]):
         -------
         array, shape (...) + T + (n, k)
         """
-        operation = self._of(manifold, S, splines).cubic_spline(bc_type)
+        operation = self._of(manifold, splines, S).cubic_spline(bc_type)
         found: T = self._at_times(operation, t_knots, S, t, own=2)
         return found
 

@@ -29,8 +29,8 @@ Factor = Callable[[Array], Array]
 
 
 def manifold_of(basis: Array) -> Grassmann:
-    """Return the manifold of the subspaces that a basis, shape (n, k), spans one of."""
-    n, k = basis.shape
+    """Return the manifold of the subspaces that bases, shape (..., n, k), span."""
+    n, k = basis.shape[-2:]
     return Grassmann(n, k, field="complex" if basis.dtype.kind == "c" else "real")
 
 

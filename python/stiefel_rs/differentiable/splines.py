@@ -65,12 +65,12 @@ def _cubic_spline(bc_type: BcType) -> Operation:
         return solved((knots, points))(inside(knots, t))
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
-        curve, t = solved(data[:2]), data[2]
+        curve, t = solved(data[:2]), inside(data[0], data[2])
         moved: Array = curve.point_variation(t, moves[1], moves[0]) + _along(curve, t) * moves[2][:, None, None]
         return moved
 
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
-        curve, t = solved(data[:2]), data[2]
+        curve, t = solved(data[:2]), inside(data[0], data[2])
         by_points, by_knots, _ = curve.point_pullback(t, w)
         return by_knots, by_points, inner_products(_along(curve, t), w)
 
@@ -103,6 +103,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
         knots, q, t = data
         spline, points = solved((knots, q)), _matrices(_unit(q))
+        t = inside(knots, t)
         turned: Array = spline(t)
         moved = spline.curve.point_variation(t, points @ _hat(_turns(q, moves[1])), moves[0])
         rates = _vee(transposed(_matrices(turned)) @ moved) + spline(t, 1) * moves[2][:, None]
@@ -112,6 +113,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
         knots, q, t = data
         spline, points = solved((knots, q)), _matrices(_unit(q))
+        t = inside(knots, t)
         turned: Array = spline(t)
         # <w, q (r, 0) / 2> = <r, rates>, and for a skew matrix <hat(a), hat(b)> = 2 <a, b>.
         rates = _turned_back(turned, w)

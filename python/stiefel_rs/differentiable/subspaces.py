@@ -189,7 +189,7 @@ def cubic_spline(bc_type: BcType) -> Operation:
 @cache
 def _cubic_spline(bc_type: BcType) -> Operation:
     solved = Solved(
-        lambda knots, bases: CubicSpline(knots, bases, bc_type, manifold=manifold_of(bases[0])),
+        lambda knots, bases: CubicSpline(knots, bases, bc_type, manifold=manifold_of(bases)),
         lambda _, bases: len(bases) * numbers_of_piece(*core_shape(bases)),
     )
 
@@ -198,7 +198,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
         (knots, bases, t), (dknots, dbases, dt) = data, moves
-        curve = solved((knots, bases))
+        curve, t = solved((knots, bases)), inside(knots, t)
         shifts, turns = split(bases, dbases)
         # In terms of the bases of the curve.
         shifts = shifts @ _turn_to(bases, curve(knots))
@@ -206,7 +206,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
 
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
         knots, bases, t = data
-        curve = solved((knots, bases))
+        curve, t = solved((knots, bases)), inside(knots, t)
         (by_bases, by_knots), turn, by_t = _bases_pulled(
             curve, knots, t, w, lambda times, loads: curve.point_pullback(times, loads)[:2]
         )

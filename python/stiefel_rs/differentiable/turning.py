@@ -47,7 +47,7 @@ class Turning:
         for halvings in range(MOST + 1):
             rates = velocity(_nodes(left, right).ravel())
             rates = rates.reshape(len(left), NODES, *rates.shape[1:])
-            rough = _is_rough(rates, edges[-1] - edges[0])
+            rough = _is_rough(rates, left, right)
             if not rough.any():
                 break
             if halvings == MOST:
@@ -115,11 +115,14 @@ def _halved(left: Array, right: Array, which: Array) -> tuple[Array, Array]:
     return left[order], right[order]
 
 
-def _is_rough(rates: Array, duration: float) -> Array:
+def _is_rough(rates: Array, left: Array, right: Array) -> Array:
     """Whether the polynomials through the values are not accurate, part by part."""
+    duration, latest = right[-1] - left[0], max(abs(left[0]), abs(right[-1]))
     # Below a radian, an error counts by itself: curves that stand still have nothing but round-off.
     sizes = np.abs(np.einsum("cg,pgij->pcij", _COEFFICIENTS, rates)).max(axis=(2, 3), initial=0.0)
-    rough: Array = duration * sizes[:, -2:].max(axis=1, initial=0.0) > TAIL * max(
-        1.0, duration * sizes.max(initial=0.0)
-    )
+    # Rounded times, as those of a Unix clock, change the rates by as much as these change with time.
+    half = np.where(right > left, 0.5 * (right - left), 1.0)
+    late = NODES * np.finfo(np.float64).eps * latest * sizes[:, 1:].max(axis=1, initial=0.0) / half
+    allowed = TAIL * max(1.0, duration * sizes.max(initial=0.0)) + duration * late
+    rough: Array = duration * sizes[:, -2:].max(axis=1, initial=0.0) > allowed
     return rough

@@ -20,6 +20,8 @@ from . import page
 from .answers import answer, message, parse
 
 ADDRESS: Final = "127.0.0.1"
+# Of HTTP.
+DEFAULT_PORT: Final = 80
 MAX_BODY: Final = 4096
 # Seconds that a client may be silent.
 TIMEOUT: Final = 20
@@ -65,7 +67,11 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _admitted(self, token: str) -> bool:
         """Whether host, origin and token are right; if not, that was said."""
-        own = {f"{name}:{self.server.server_port}" for name in (ADDRESS, "localhost")}
+        names, port = (ADDRESS, "localhost"), self.server.server_port
+        own = {f"{name}:{port}" for name in names}
+        # Browsers leave out the default port.
+        if port == DEFAULT_PORT:
+            own.update(names)
         origin = self.headers.get("Origin")
         if self.headers.get("Host") not in own:
             self._fail(HTTPStatus.FORBIDDEN, "wrong host")
