@@ -6,7 +6,15 @@ import pytest
 torch = pytest.importorskip("torch", reason="not installed: PyTorch; make test-torch installs it")
 
 import stiefel_rs  # noqa: E402
-from stiefel_rs import CubicSpline, GeometricCubic, InvalidInputError, RiemannianCubic, RotationSpline, Stiefel  # noqa: E402
+from stiefel_rs import (  # noqa: E402
+    CubicSpline,
+    GeometricCubic,
+    Grassmann,
+    InvalidInputError,
+    RiemannianCubic,
+    RotationSpline,
+    Stiefel,
+)
 from stiefel_rs import torch as st  # noqa: E402
 
 # A warning of PyTorch, from within its transformations.
@@ -223,3 +231,16 @@ def test_second_derivatives_say_that_there_are_none():
     (gradient,) = torch.autograd.grad(torch.sin(st.skew_exp(A)).sum(), A, create_graph=True)
     with pytest.raises(NotImplementedError, match="second derivatives are not available"):
         gradient.sum().backward()
+
+
+def test_subspaces(rng):
+    manifold = Grassmann(4, 2)
+    Y, knots = manifold.random_point(rng), np.array([0.0, 1.0, 2.2])
+    V = manifold.random_tangent(Y, rng)
+    V *= 0.6 / np.linalg.norm(V)
+    bases = np.array([Y, manifold.exp(Y, V), manifold.exp(Y, 1.5 * V)])
+    check(lambda *data: st.exp(*data, manifold=manifold), Y, V)
+    check(lambda *data: st.log(*data, manifold=manifold), Y, bases[1])
+    check(lambda *data: st.cubic_spline(*data, manifold=manifold), knots, bases, np.array([0.3, 1.0, 1.9]))
+    found = st.cubic_spline(knots, bases, np.array([0.3]), manifold=manifold)
+    np.testing.assert_allclose(found, CubicSpline(knots, bases, manifold=manifold)([0.3]), rtol=0, atol=1e-14)
