@@ -51,8 +51,8 @@ test-rust: ## Unit, integration and documentation tests of the crate
 	cargo test --locked --features serde
 
 test-python: $(INSTALLED) ## The Python tests, stubs among them, and types
-	$(SAY) 'Python tests (about 18 minutes); missing tools are listed at the end, one per line'
-	$(BIN)/python -m pytest
+	$(SAY) 'Python tests (about 10 minutes, on all cores); missing tools are listed at the end, one per line'
+	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist loadfile
 	$(SAY) 'Types'
 	$(BIN)/python -m mypy
 
