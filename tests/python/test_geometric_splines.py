@@ -76,7 +76,7 @@ def test_ends_and_extrapolation():
     assert np.abs(curve.velocity(t[0]) - V[0]).max() < 1e-12
     assert np.abs(curve.acceleration(t[-1]) - V[1]).max() < 1e-10
     assert np.isfinite(curve(t[-1] + 0.1)).all()
-    with pytest.raises(InvalidInputError, match="extrapolation"):
+    with pytest.raises(InvalidInputError, match="extrapolate=True"):
         CubicSpline(t, S, kind="geometric")(t[-1] + 0.1)
 
 

@@ -139,7 +139,7 @@ def test_bad_input():
             curve.resample(count)
     with pytest.raises(TypeError):
         curve.resample(2.5)
-    with pytest.raises(InvalidInputError, match="extrapolation"):
+    with pytest.raises(InvalidInputError, match="extrapolate=True"):
         CURVES["spline"].arc_length(0.0, 5.0)
 
 
