@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_input import times_within
 from ..errors import InvalidInputError
 
 Array = NDArray[Any]
@@ -82,6 +83,19 @@ class Plain(Argument):
     def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:
         """Apply the transpose of `variation`."""
         return cotangent
+
+
+@dataclass(frozen=True)
+class Inside(Plain):
+    """Times between the first and the last of the knots that are argument number `knots`: nothing is extrapolated."""
+
+    knots: int = 0
+
+    def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
+        """Check the times; those that miss an end by rounding are moved there."""
+        times, knots = super().value(raw, exact), exact[self.knots]
+        # Fewer knots are refused by the spline.
+        return times_within(times, float(knots[0]), float(knots[-1]), advice="") if len(knots) > 1 else times
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,9 @@ from typing import Literal
 import numpy as np
 
 from .._core import CubicSpline
-from ..array_input import times_within
 from ..errors import InvalidInputError
 from ..rotation import RotationSpline
-from .arguments import Array, Frame, Plain, Shape, inner_products, transposed
+from .arguments import Array, Frame, Inside, Plain, Shape, inner_products, transposed
 from .operation import Operation
 from .solved import Solved, core_shape, numbers_of_piece
 
@@ -37,11 +36,6 @@ def check_bc_type(bc_type: object) -> None:
         raise InvalidInputError(f"bc_type: expected one of {', '.join(_BC_TYPES)}, found {bc_type!r}")
 
 
-def inside(knots: Array, t: Array) -> Array:
-    """Return times between the first and the last knot: these functions do not extrapolate."""
-    return times_within(t, float(knots[0]), float(knots[-1]), advice="")
-
-
 def cubic_spline(bc_type: BcType) -> Operation:
     """Return the spline through frames with the given end conditions, as an operation."""
     check_bc_type(bc_type)
@@ -62,21 +56,21 @@ def _cubic_spline(bc_type: BcType) -> Operation:
     )
 
     def value(knots: Array, points: Array, t: Array) -> Array:
-        return solved((knots, points))(inside(knots, t))
+        return solved((knots, points))(t)
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
-        curve, t = solved(data[:2]), inside(data[0], data[2])
+        curve, t = solved(data[:2]), data[2]
         moved: Array = curve.point_variation(t, moves[1], moves[0]) + _along(curve, t) * moves[2][:, None, None]
         return moved
 
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
-        curve, t = solved(data[:2]), inside(data[0], data[2])
+        curve, t = solved(data[:2]), data[2]
         by_points, by_knots, _ = curve.point_pullback(t, w)
         return by_knots, by_points, inner_products(_along(curve, t), w)
 
     return Operation(
         name="cubic_spline",
-        arguments=(Plain("t_knots"), Frame("S"), Plain("t")),
+        arguments=(Plain("t_knots"), Frame("S"), Inside("t")),
         axes=(1, 3, 1),
         shape=spline_shape,
         value=value,
@@ -97,13 +91,12 @@ def _rotation_spline(bc_type: BcType) -> Operation:
     )
 
     def value(knots: Array, q: Array, t: Array) -> Array:
-        found: Array = solved((knots, q))(inside(knots, t))
+        found: Array = solved((knots, q))(t)
         return found
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
         knots, q, t = data
         spline, points = solved((knots, q)), _matrices(_unit(q))
-        t = inside(knots, t)
         turned: Array = spline(t)
         moved = spline.curve.point_variation(t, points @ _hat(_turns(q, moves[1])), moves[0])
         rates = _vee(transposed(_matrices(turned)) @ moved) + spline(t, 1) * moves[2][:, None]
@@ -113,7 +106,6 @@ def _rotation_spline(bc_type: BcType) -> Operation:
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
         knots, q, t = data
         spline, points = solved((knots, q)), _matrices(_unit(q))
-        t = inside(knots, t)
         turned: Array = spline(t)
         # <w, q (r, 0) / 2> = <r, rates>, and for a skew matrix <hat(a), hat(b)> = 2 <a, b>.
         rates = _turned_back(turned, w)
@@ -124,7 +116,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
 
     return Operation(
         name="rotation_spline",
-        arguments=(Plain("t_knots"), Plain("quaternions", columns=4), Plain("t")),
+        arguments=(Plain("t_knots"), Plain("quaternions", columns=4), Inside("t")),
         axes=(1, 2, 1),
         shape=spline_shape,
         value=value,

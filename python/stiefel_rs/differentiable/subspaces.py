@@ -11,12 +11,12 @@ import numpy as np
 
 from .._core import CubicSpline, Curve, RiemannianCubic
 from . import jacobi_fields
-from .arguments import Array, Frame, Horizontal, Plain, Shape, inner_products, skew_part, transposed
+from .arguments import Array, Frame, Horizontal, Inside, Plain, Shape, inner_products, skew_part, transposed
 from .cubics import farthest, onwards, points_shape, reversed_by
 from .jacobi_fields import manifold_of, split
 from .operation import Operation
 from .solved import Solved, core_shape, numbers_of_cubic, numbers_of_piece
-from .splines import BcType, check_bc_type, inside, spline_shape
+from .splines import BcType, check_bc_type, spline_shape
 from .turning import Turning
 
 # Horizontal variations of the curve at some times, and gradients by the data from cotangents at some times.
@@ -194,11 +194,11 @@ def _cubic_spline(bc_type: BcType) -> Operation:
     )
 
     def value(knots: Array, bases: Array, t: Array) -> Array:
-        return solved((knots, bases))(inside(knots, t))
+        return solved((knots, bases))(t)
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
         (knots, bases, t), (dknots, dbases, dt) = data, moves
-        curve, t = solved((knots, bases)), inside(knots, t)
+        curve = solved((knots, bases))
         shifts, turns = split(bases, dbases)
         # In terms of the bases of the curve.
         shifts = shifts @ _turn_to(bases, curve(knots))
@@ -206,7 +206,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
 
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
         knots, bases, t = data
-        curve, t = solved((knots, bases)), inside(knots, t)
+        curve = solved((knots, bases))
         (by_bases, by_knots), turn, by_t = _bases_pulled(
             curve, knots, t, w, lambda times, loads: curve.point_pullback(times, loads)[:2]
         )
@@ -217,7 +217,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
 
     return Operation(
         name="cubic_spline",
-        arguments=(Plain("t_knots"), Frame("S"), Plain("t")),
+        arguments=(Plain("t_knots"), Frame("S"), Inside("t")),
         axes=(1, 3, 1),
         shape=spline_shape,
         value=value,
