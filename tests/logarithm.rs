@@ -347,6 +347,29 @@ fn far_pairs_give_a_short_geodesic_or_an_error() {
 
 /// Points that are only orthonormal up to the tolerance of the input.
 #[test]
+fn geodesics_beyond_the_bound_that_turn_little_are_found_both_ways() {
+    let mut rng = Rng::new(241);
+    for ((n, k), distance) in [
+        ((50, 5), 0.95),
+        ((30, 10), 1.1),
+        ((24, 12), 1.2),
+        ((200, 20), 1.5),
+    ] {
+        let manifold = Stiefel::new(n, k).unwrap();
+        let s = random_point(n, k, &mut rng);
+        let v = random_tangent(&s, 1.0, &mut rng);
+        let length = manifold.norm(s.as_ref(), v.as_ref()).unwrap();
+        let v = v * Scale(distance * PI / length);
+        let y = manifold.exp(s.as_ref(), v.as_ref()).unwrap();
+        let (found, report) = manifold.log_with_report(s.as_ref(), y.as_ref()).unwrap();
+        assert_within(frobenius((&found - &v).as_ref()), 1e-11, "velocity");
+        assert!(!report.certainly_shortest);
+        let back = manifold.dist(y.as_ref(), s.as_ref()).unwrap();
+        assert_within((report.length / back - 1.0).abs(), 1e-13, "distance back");
+    }
+}
+
+#[test]
 fn slightly_defective_points_are_joined() {
     let mut rng = Rng::new(38);
     for (n, k) in [(3, 1), (4, 2), (5, 4), (6, 6), (20, 4)] {

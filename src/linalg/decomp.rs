@@ -10,8 +10,9 @@ use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
 use faer::linalg::triangular_solve;
 use faer::traits::ComplexField;
 use faer::traits::math_utils::real;
-use faer::{Col, Mat, MatMut, MatRef, Par, c64};
+use faer::{Col, Mat, MatMut, MatRef, Par, Scale, c64};
 
+use super::gram_factors::polar_near_orthonormal;
 use super::structure::check_range;
 use crate::error::{Error, Result};
 
@@ -297,6 +298,9 @@ pub fn unitary_q(a: MatRef<'_, c64>, is_whole: bool) -> Mat<c64> {
 /// `RankDeficient` if the smallest singular value is below `n * eps` times the largest, so that the nearest point is
 /// not unique; `Decomposition`.
 pub fn polar_factor(name: &'static str, a: MatRef<'_, f64>) -> Result<Mat<f64>> {
+    if let Some(near) = polar_near_orthonormal(a) {
+        return Ok(near);
+    }
     let (n, k) = (a.nrows(), a.ncols());
     let mut svd = Svd::new(n, k);
     svd.compute(a)?;
@@ -308,7 +312,14 @@ pub fn polar_factor(name: &'static str, a: MatRef<'_, f64>) -> Result<Mat<f64>> 
             largest,
         });
     }
-    Ok(svd.u() * svd.v().transpose())
+    // The factors lose a few digits of orthonormality in large sizes.
+    Ok(newton_schulz(&(svd.u() * svd.v().transpose())))
+}
+
+/// `Y (3 I - Y^T Y) / 2`, which squares a small orthonormality defect and is the nearest point to first order.
+pub fn newton_schulz(y: &Mat<f64>) -> Mat<f64> {
+    let gram = y.transpose() * y;
+    y * Scale(1.5) - y * gram * Scale(0.5)
 }
 
 /// Largest singular value, 0 for an empty matrix. Entries of extreme size are scaled in a copy.

@@ -44,6 +44,16 @@ impl Jet {
         }
     }
 
+    /// The zero polynomial with coefficients up to the given order; the others have no entries.
+    pub(crate) fn zeros_up_to(order: usize, rows: usize, cols: usize) -> Self {
+        Jet {
+            c: std::array::from_fn(|j| match j <= order {
+                true => Mat::zeros(rows, cols),
+                false => Mat::new(),
+            }),
+        }
+    }
+
     /// `self = other`.
     pub fn copy_from(&mut self, other: &Jet, order: usize) {
         for j in 0..=order {

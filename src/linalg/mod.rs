@@ -16,6 +16,7 @@ mod exp_polynomials;
 pub mod exponential_action;
 pub(crate) mod field;
 pub(crate) mod graded_singular_values;
+pub(crate) mod gram_factors;
 pub mod jet;
 pub(crate) mod jet_exp;
 pub(crate) mod lane_matrix;

@@ -6,6 +6,7 @@
 //! 55-72 (the family); Zimmermann, Hueper (2022), "Computing the Riemannian logarithm on the Stiefel manifold:
 //! metrics, methods, and performance", SIAM J. Matrix Anal. Appl. 43, 953-980 (the thin form).
 
+use faer::prelude::*;
 use faer::{Mat, MatRef};
 
 use super::metric::Metric;
@@ -71,7 +72,7 @@ impl Stiefel {
     pub fn exp(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
         let curve = self.geodesic(s, v)?;
         let mut flow = Flow::new(&curve);
-        let mut jet = Jet::zeros(curve.frame.ncols(), self.k());
+        let mut jet = Jet::zeros_up_to(0, curve.frame.ncols(), self.k());
         curve.coordinates_into(1.0, 0, &mut flow, &mut jet)?;
         let mut out = Mat::zeros(self.n(), self.k());
         mul_into(&mut out, 1.0, &curve.frame, &jet.c[0]);
@@ -85,11 +86,14 @@ impl Stiefel {
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `Overflow`.
     pub fn geodesic(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Geodesic> {
         self.check_point("S", s, POINT_TOLERANCE)?;
-        self.check_tangent("V", s, v, TANGENT_TOLERANCE)?;
-        let (normal, omega) = self.split(s, v)?;
-        let q = normal_frame(s, normal.as_ref());
-        let b = q.transpose() * &normal;
-        let curve = Geodesic::new(s, q.as_ref(), omega.as_ref(), b.as_ref(), self.metric());
+        let (n, k, p) = (self.n(), self.k(), normal_rank(self.n(), self.k()));
+        let mut frame = Mat::zeros(n, 2 * k);
+        let (mut left, mut right) = frame.as_mut().split_at_col_mut(k);
+        left.copy_from(s);
+        let omega = self.checked_split("V", s, v, right.rb_mut())?;
+        let b = normal_frame(s, right);
+        frame.truncate(n, k + p);
+        let curve = Geodesic::new(frame, omega.as_ref(), b.as_ref(), self.metric());
         check_range(GEODESIC, curve.generator.as_ref())?;
         Ok(curve)
     }
@@ -126,18 +130,8 @@ impl Geodesic {
         Stiefel::of("S0", s0)?.geodesic_between(s0, s1)
     }
 
-    fn new(
-        s: MatRef<'_, f64>,
-        q: MatRef<'_, f64>,
-        a: MatRef<'_, f64>,
-        b: MatRef<'_, f64>,
-        metric: Metric,
-    ) -> Self {
-        let (n, k, p) = (s.nrows(), s.ncols(), q.ncols());
-        debug_assert_eq!(p, normal_rank(n, k));
-        let mut frame = Mat::zeros(n, k + p);
-        frame.as_mut().subcols_mut(0, k).copy_from(s);
-        frame.as_mut().subcols_mut(k, p).copy_from(q);
+    fn new(frame: Mat<f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>, metric: Metric) -> Self {
+        let (p, k) = b.shape();
         let twice = 2.0 * metric.weight();
         let generator = Mat::from_fn(k + p, k + p, |i, j| match (i < k, j < k) {
             (true, true) => twice * a[(i, j)],

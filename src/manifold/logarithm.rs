@@ -71,9 +71,10 @@ impl Stiefel {
     /// ```
     ///
     /// The geodesic is the shortest one if its length is below [`Stiefel::injectivity_bound`], and always for `k = 1`,
-    /// `k = n`, and (canonical metric) `k = n - 1`. Otherwise it is the shortest one found from a close start and from
-    /// up to four completions of the points to rotations, none of them a saddle over the fibre; the report then says
-    /// that a shorter one may exist.
+    /// `k = n`, and (canonical metric) `k = n - 1`. Otherwise the report says that a shorter one may exist: it is the
+    /// shortest one found from a close start and from up to four completions of the points to rotations, none of them a
+    /// saddle over the fibre. With the canonical metric the search ends at a geodesic whose two largest angles of
+    /// rotation add up to less than pi.
     ///
     /// # Arguments
     /// * `s0`, `s1` - points, shape `(n, k)`
@@ -124,14 +125,15 @@ impl Stiefel {
             return self.log_on_sphere(s0, gram[(0, 0)], normal);
         }
         let p = normal_rank(n, k);
-        let q = normal_frame(s0, normal.as_ref());
+        let b = normal_frame(s0, normal.as_mut());
+        let q = normal.as_ref().subcols(0, p);
         let mut target = Mat::zeros(k + p, k);
         target.as_mut().subrows_mut(0, k).copy_from(&gram);
-        mul_into(target.as_mut().subrows_mut(k, p), 1.0, q.transpose(), s1);
+        target.as_mut().subrows_mut(k, p).copy_from(&b);
         let found = Search::new(self, &target, interrupt).run()?;
         let mut velocity = Mat::zeros(n, k);
         mul_into(&mut velocity, 1.0, s0, found.a());
-        mul_add(&mut velocity, 1.0, &q, found.b());
+        mul_add(&mut velocity, 1.0, q, found.b());
         Ok((velocity, found.report))
     }
 

@@ -20,8 +20,9 @@ use super::quasi_geodesic::{QuasiGeodesic, Turning};
 use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::error::{Error, Result};
 use crate::linalg::decomp::{
-    Svd, polar_factor, smallest_real_part, solve_matrix, solve_upper, thin_qr,
+    Svd, newton_schulz, polar_factor, smallest_real_part, solve_matrix, solve_upper, thin_qr,
 };
+use crate::linalg::gram_factors::CholeskyQr;
 use crate::linalg::jet::Jet;
 use crate::linalg::lyapunov::{TriangularSolver, solve_symmetric};
 use crate::linalg::structure::{check_range, distance, norm, orthonormality_defect, skew_part};
@@ -36,6 +37,10 @@ const CAYLEY_LIMIT: f64 = 1e8;
 /// A Cayley transform with a larger orthonormality defect is wrong; two Newton-Schulz steps reduce a smaller one to
 /// round-off.
 const NEARLY_ORTHONORMAL: f64 = 1e-6;
+
+/// Length of `V` up to which the condition number of `(S + V)^T (S + V) = I + V^T V` is at most 2, so that its factors
+/// give those of `S + V` to round-off.
+const SHORT: f64 = 1.0;
 
 /// A map from tangent vectors to points, and its inverse.
 ///
@@ -152,8 +157,7 @@ impl Retraction {
         match self {
             Retraction::QuasiGeodesic => quasi_geodesic_end(s, v),
             Retraction::Qr => qr_retract(s, v),
-            // The factors of the singular value decomposition lose a few digits of orthonormality in large sizes.
-            Retraction::Polar => Ok(newton_schulz(&polar_factor("S + V", sum(s, v)?.as_ref())?)),
+            Retraction::Polar => polar_factor("S + V", sum(s, v)?.as_ref()),
             Retraction::Cayley => cayley_retract(manifold, s, v),
         }
     }
@@ -240,7 +244,13 @@ fn sum(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
 }
 
 fn qr_retract(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
-    let sum = sum(s, v)?;
+    let mut sum = sum(s, v)?;
+    if norm(v) <= SHORT
+        && let Some(factors) = CholeskyQr::new(sum.as_ref())
+    {
+        factors.orthonormalise(sum.as_mut());
+        return Ok(sum);
+    }
     let scale = sum.norm_max();
     let (q, r) = thin_qr((sum * Scale(1.0 / scale)).as_ref());
     // Without round-off every singular value of S + V is at least 1.
@@ -291,12 +301,6 @@ fn cayley_retract(manifold: &Stiefel, s: MatRef<'_, f64>, v: MatRef<'_, f64>) ->
         return Err(refused);
     }
     Ok(newton_schulz(&newton_schulz(&y)))
-}
-
-/// `Y (3 I - Y^T Y) / 2`, which squares a small orthonormality defect and is the nearest point to first order.
-fn newton_schulz(y: &Mat<f64>) -> Mat<f64> {
-    let gram = y.transpose() * y;
-    y * Scale(1.5) - y * gram * Scale(0.5)
 }
 
 /// The triangular `R` for which `S1 R - S0` is tangent.

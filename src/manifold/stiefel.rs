@@ -6,7 +6,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::metric::Metric;
 use crate::error::{Error, Result};
 use crate::linalg::decomp::polar_factor;
-use crate::linalg::product::mul_into;
+use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::skew_exp::check_skew;
 use crate::linalg::structure::{
     check_finite, check_range, check_shape, frobenius_inner, gram, gram_defect, norm, skew_defect,
@@ -159,21 +159,33 @@ impl Stiefel {
         v: MatRef<'_, f64>,
         tolerance: f64,
     ) -> Result<()> {
-        self.check_matrices([("S", s), (name, v)])?;
+        self.check_matrices([("S", s)])?;
+        self.checked_product(name, s, v, tolerance).map(drop)
+    }
+
+    /// `S^T V` for a vector that is checked as by [`Stiefel::check_tangent`], at a finite point.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotTangent`.
+    fn checked_product(
+        &self,
+        name: &'static str,
+        s: MatRef<'_, f64>,
+        v: MatRef<'_, f64>,
+        tolerance: f64,
+    ) -> Result<Mat<f64>> {
+        self.check_matrices([(name, v)])?;
         let tolerance = tolerance * norm(v).max(1.0);
-        let mut product = vec![0.0; self.k * self.k];
-        let mut product = MatMut::from_column_major_slice_mut(&mut product, self.k, self.k);
-        mul_into(product.rb_mut(), 1.0, s.transpose(), v);
-        let defect = skew_defect(product.rb());
+        let product = gram_of(s, v);
+        let defect = skew_defect(product.as_ref());
         if defect <= tolerance {
-            Ok(())
-        } else {
-            Err(Error::NotTangent {
-                name,
-                defect,
-                tolerance,
-            })
+            return Ok(product);
         }
+        Err(Error::NotTangent {
+            name,
+            defect,
+            tolerance,
+        })
     }
 
     /// Nearest point in the Frobenius norm, the polar factor of `y` (shape `(n, k)`).
@@ -254,12 +266,24 @@ impl Stiefel {
     /// `Shape`, `NonFinite`.
     pub fn split(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<(Mat<f64>, Mat<f64>)> {
         self.check_matrices([("S", s), ("V", v)])?;
-        let omega = s.transpose() * v;
-        let once = v - s * &omega;
-        // Projected twice: a single projection leaves a component along S of size eps |V|, which may dominate a small
-        // K.
-        let normal = &once - s * (s.transpose() * &once);
-        Ok((normal, skew_part(omega.as_ref())))
+        Ok(parts(s, v, &gram_of(s, v)))
+    }
+
+    /// As [`Stiefel::split`], for a checked point and a vector that is checked to be tangent; `K` is written to `normal`.
+    ///
+    /// # Errors
+    /// The errors of [`Stiefel::check_tangent`].
+    pub(crate) fn checked_split(
+        &self,
+        name: &'static str,
+        s: MatRef<'_, f64>,
+        v: MatRef<'_, f64>,
+        mut normal: MatMut<'_, f64>,
+    ) -> Result<Mat<f64>> {
+        let product = self.checked_product(name, s, v, TANGENT_TOLERANCE)?;
+        normal.copy_from(v);
+        project(s, &product, normal);
+        Ok(skew_part(product.as_ref()))
     }
 
     /// The paper's pair `(X, Omega)` of a tangent vector: `V = X S + S Omega` with `X` skew `(n, n)` and `Omega` skew
@@ -312,4 +336,31 @@ impl Stiefel {
         }
         Ok(())
     }
+}
+
+/// Normal parts shorter than this, relative to the vector, are projected twice: one projection leaves a component along
+/// `S` of size `eps |V|`.
+const SHORT_NORMAL: f64 = 0.1;
+
+/// `K` and `Omega` from `V` and `S^T V`.
+fn parts(s: MatRef<'_, f64>, v: MatRef<'_, f64>, product: &Mat<f64>) -> (Mat<f64>, Mat<f64>) {
+    let mut normal = v.to_owned();
+    project(s, product, normal.as_mut());
+    (normal, skew_part(product.as_ref()))
+}
+
+/// `V <- V - S S^T V` for a given `S^T V`.
+fn project(s: MatRef<'_, f64>, product: &Mat<f64>, mut v: MatMut<'_, f64>) {
+    mul_add(v.rb_mut(), -1.0, s, product);
+    if norm(v.rb()) < SHORT_NORMAL * norm(product.as_ref()) {
+        let rest = gram_of(s, v.rb());
+        mul_add(v, -1.0, s, &rest);
+    }
+}
+
+/// `S^T V`.
+fn gram_of(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Mat<f64> {
+    let mut product = Mat::zeros(s.ncols(), v.ncols());
+    mul_into(&mut product, 1.0, s.transpose(), v);
+    product
 }

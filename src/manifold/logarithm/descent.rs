@@ -225,7 +225,7 @@ impl Descent {
             self.hessian.set(start.log.as_ref())?;
             if size > round_off {
                 let along = self.hessian.spectrum(&self.gradient)?;
-                self.curved_direction(&along);
+                self.curved_direction(&along, size);
                 if self.search(start, size)? {
                     continue;
                 }
@@ -234,7 +234,8 @@ impl Descent {
             if around.values[0] >= NEGATIVE {
                 return Ok(steps);
             }
-            self.direction.copy_from_slice(&around.vectors[0]);
+            let lowest = around.vectors.col(0).iter().copied();
+            self.hessian.combine(lowest, &mut self.direction);
             if dot(&self.direction, &self.gradient) > 0.0 {
                 self.direction.iter_mut().for_each(|x| *x = -*x);
             }
@@ -245,15 +246,17 @@ impl Descent {
         Ok(SETTLING)
     }
 
-    /// `direction = -|H|^{-1} C`, a descent direction even if `H` is indefinite.
-    fn curved_direction(&mut self, spectrum: &Spectrum) {
-        self.direction.fill(0.0);
-        for (value, vector) in spectrum.values.iter().zip(&spectrum.vectors) {
-            let step = -dot(vector, &self.gradient) / value.abs().max(FLATTEST);
-            for (to, from) in self.direction.iter_mut().zip(vector) {
-                *to += step * from;
-            }
-        }
+    /// `direction = -|H|^{-1} C`, a descent direction even if `H` is indefinite, from the spectrum in the Krylov space of
+    /// `C`, whose length is `size`.
+    fn curved_direction(&mut self, spectrum: &Spectrum, size: f64) {
+        let vectors = &spectrum.vectors;
+        let steps = spectrum.values.iter().enumerate();
+        let steps: Vec<f64> = steps
+            .map(|(j, value)| -size * vectors[(0, j)] / value.abs().max(FLATTEST))
+            .collect();
+        let coordinate = |i: usize| (0..steps.len()).map(|j| vectors[(i, j)] * steps[j]).sum();
+        self.hessian
+            .combine((0..steps.len()).map(coordinate), &mut self.direction);
         self.shorten_direction();
     }
 

@@ -16,7 +16,7 @@ use crate::linalg::SkewSchur;
 use crate::linalg::decomp::SymmetricEigen;
 use crate::linalg::orthogonal_log::inverse_dexp;
 use crate::linalg::product::mul_into;
-use crate::linalg::skew_schur::apply_ad_function;
+use crate::linalg::skew_schur::apply_ad_by_planes;
 use crate::solve::gmres::{dot, norm};
 
 /// Maximal dimension of a Krylov space; it is the full space up to `p = 9`.
@@ -32,28 +32,32 @@ pub(super) struct FibreHessian {
     k: usize,
     p: usize,
     schur: SkewSchur,
-    embedded: Mat<f64>,
+    /// `g` at the differences and the sums of two angles, plane by plane.
+    factors: Vec<[f64; 2]>,
+    block: Mat<f64>,
     product: Mat<f64>,
     turned: Mat<f64>,
+    /// Of the Krylov space.
     basis: Vec<Vec<f64>>,
 }
 
-/// Eigenvalues in increasing order, and their eigenvectors.
+/// Eigenvalues in increasing order, and their eigenvectors in the basis of the Krylov space, which starts with the given
+/// matrix.
 pub(super) struct Spectrum {
     pub(super) values: Vec<f64>,
-    pub(super) vectors: Vec<Vec<f64>>,
+    pub(super) vectors: Mat<f64>,
 }
 
 impl FibreHessian {
     pub(super) fn new(k: usize, p: usize) -> Self {
-        let square = || Mat::zeros(k + p, k + p);
         FibreHessian {
             k,
             p,
             schur: SkewSchur::new(k + p),
-            embedded: square(),
-            product: square(),
-            turned: square(),
+            factors: Vec::new(),
+            block: Mat::zeros(p, p),
+            product: Mat::zeros(k + p, p),
+            turned: Mat::zeros(k + p, k + p),
             basis: Vec::new(),
         }
     }
@@ -63,7 +67,24 @@ impl FibreHessian {
     /// # Errors
     /// `Decomposition`.
     pub(super) fn set(&mut self, log: MatRef<'_, f64>) -> Result<()> {
-        self.schur.compute(log)
+        self.schur.compute(log)?;
+        let angles = self.schur.angles();
+        let planes = self.planes();
+        let angle = |a: usize| angles.get(a).copied().unwrap_or(0.0);
+        let factor = |t: f64| inverse_dexp(t).0.max(LOWEST);
+        self.factors.clear();
+        for b in 0..planes {
+            self.factors.extend((0..planes).map(|a| {
+                let (a, b) = (angle(a), angle(b));
+                [factor(a - b), factor(a + b)]
+            }));
+        }
+        Ok(())
+    }
+
+    /// Planes that `L` rotates, null vectors included.
+    fn planes(&self) -> usize {
+        (self.k + self.p).div_ceil(2)
     }
 
     /// The spectrum of `H` in the Krylov space of a nonzero skew matrix, given in column-major order.
@@ -107,35 +128,37 @@ impl FibreHessian {
         let used = self.basis.len();
         let mut eigen = SymmetricEigen::new(used);
         eigen.compute(projected.submatrix(0, 0, used, used))?;
-        let vector = |j: usize| {
-            let mut out = vec![0.0; self.p * self.p];
-            for (i, direction) in self.basis.iter().enumerate() {
-                let share = eigen.vectors()[(i, j)];
-                for (to, from) in out.iter_mut().zip(direction) {
-                    *to += share * from;
-                }
-            }
-            out
-        };
         Ok(Spectrum {
             values: (0..used).map(|j| eigen.value(j)).collect(),
-            vectors: (0..used).map(vector).collect(),
+            vectors: eigen.vectors().to_owned(),
         })
+    }
+
+    /// The matrix with the given coordinates in the Krylov space, in column-major order.
+    pub(super) fn combine(&self, coordinates: impl Iterator<Item = f64>, out: &mut [f64]) {
+        out.fill(0.0);
+        for (share, direction) in coordinates.zip(&self.basis) {
+            for (to, from) in out.iter_mut().zip(direction) {
+                *to += share * from;
+            }
+        }
     }
 
     /// `x <- H x`.
     fn apply(&mut self, x: &mut [f64]) {
-        let (k, p, basis) = (self.k, self.p, self.schur.basis());
-        self.embedded.fill(0.0);
-        write_block(x, self.embedded.as_mut(), k, p, 1.0);
-        mul_into(&mut self.product, 1.0, basis.transpose(), &self.embedded);
-        mul_into(&mut self.turned, 1.0, &self.product, basis);
-        apply_ad_function(self.schur.angles(), self.turned.as_mut(), |t, _| {
-            (inverse_dexp(t).0.max(LOWEST), 0.0)
+        let (k, p, planes) = (self.k, self.p, self.planes());
+        // Only the rows of the free block take part.
+        let rows = self.schur.basis().subrows(k, p);
+        write_block(x, self.block.as_mut(), 0, p, 1.0);
+        mul_into(&mut self.product, 1.0, rows.transpose(), &self.block);
+        mul_into(&mut self.turned, 1.0, &self.product, rows);
+        let factors = &self.factors;
+        apply_ad_by_planes(self.turned.as_mut(), |a, b| {
+            factors[b * planes + a].map(|factor| (factor, 0.0))
         });
-        mul_into(&mut self.product, 1.0, basis, &self.turned);
-        mul_into(&mut self.embedded, 1.0, &self.product, basis.transpose());
-        read_block(self.embedded.as_ref(), k, p, 1.0, x);
+        mul_into(&mut self.product, 1.0, &self.turned, rows.transpose());
+        mul_into(&mut self.block, 1.0, rows, &self.product);
+        read_block(self.block.as_ref(), 0, p, 1.0, x);
         // Exactly skew: divided by a small remainder, round-off would become a spurious direction.
         for j in 0..p {
             x[j * p + j] = 0.0;

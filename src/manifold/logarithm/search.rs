@@ -26,6 +26,14 @@ const DAMPED_STEPS: usize = 80;
 /// Smallest step along the family of metrics.
 const FINEST: f64 = 1.0 / 64.0;
 
+/// Sum of the two largest angles of a generator below which its geodesic is accepted without further search: the largest
+/// eigenvalue of `ad_L` is below pi, so the second derivative over the fibre is positive.
+///
+/// Of 54 000 pairs on nine shapes from St(8,4) to St(50,5), at distances of 0.89 to 1.8 pi (random directions, equal
+/// angles, sparse directions), 11 000 had a geodesic from a close start, 941 of them below this sum; the search found a
+/// shorter one for none of these, and for 83 of 6890 with sums beyond 7/6 pi. It takes 20 to 60 times as long.
+const ISOLATED: f64 = PI;
+
 /// Fraction of the conjectured injectivity radius up to which a geodesic from a close start is accepted without further
 /// search.
 const REACH: f64 = 0.85;
@@ -123,7 +131,7 @@ impl<'a> Search<'a> {
         if close.converged {
             let certain = self.length() < self.manifold.injectivity_bound();
             let found = self.found(close.residual, certain);
-            if certain || self.length() < self.reach() {
+            if certain || self.length() < self.reach() || self.is_isolated()? {
                 return Ok(found);
             }
             self.best = Some(found);
@@ -145,6 +153,17 @@ impl<'a> Search<'a> {
                 REACH * PI * (2.0 * w).min(2.0 / w).min(1.0).sqrt()
             }
         }
+    }
+
+    /// Whether the current geodesic of the canonical metric is a strict minimum over the fibre, since the two largest
+    /// angles of its generator add up to less than [`ISOLATED`].
+    fn is_isolated(&self) -> Result<bool> {
+        if self.manifold.metric() != Metric::CANONICAL {
+            return Ok(false);
+        }
+        let mut schur = SkewSchur::new(self.target.nrows());
+        schur.compute(self.shooting.generator.as_ref())?;
+        Ok(schur.angles().iter().take(2).sum::<f64>() < ISOLATED)
     }
 
     /// With one normal direction and the canonical metric, the fibre is a point, and the frames form `SO(n)`.
@@ -189,7 +208,8 @@ impl<'a> Search<'a> {
             let outcome = self.follow(generator)?;
             self.consider(outcome);
         }
-        if self.best.as_ref().is_some_and(Found::is_certain) {
+        let certain = self.best.as_ref().is_some_and(Found::is_certain);
+        if certain || generator.is_some() && self.is_isolated()? {
             return Ok(true);
         }
         let steps = descent.settle(start, self.interrupt)?;
