@@ -38,12 +38,12 @@ from ._core import (
 from .boundary import BoundaryBatch
 from .curve_derivative import CurveDerivative
 from .errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
+from .lazy import FUNCTIONS as _FUNCTIONS
+from .lazy import SUBPACKAGES as _SUBPACKAGES
+from .lazy import attribute as _attribute
 from .pose import PoseSpline
 from .rotation import RotationSpline
 from .storage import load
-from .subpackages import SUBPACKAGES as _SUBPACKAGES
-from .subpackages import subpackage as _subpackage
-from .trajectory_files import read_trajectory, read_tum, write_trajectory, write_tum
 
 __version__ = _core.__VERSION__
 
@@ -98,10 +98,12 @@ if _typing.TYPE_CHECKING:
     from . import pymanopt as pymanopt
     from . import reproduce as reproduce
     from . import torch as torch
+    from .trajectory_files import read_trajectory, read_tum, write_trajectory, write_tum
 else:
 
     def __getattr__(name):
-        return _subpackage(name)
+        found = globals()[name] = _attribute(name)
+        return found
 
     def __dir__():
-        return sorted({*globals(), *_SUBPACKAGES})
+        return sorted({*globals(), *_FUNCTIONS, *_SUBPACKAGES})

@@ -6,7 +6,6 @@ import io
 import os
 import threading
 import uuid
-import zipfile
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -117,6 +116,9 @@ def _read(content: bytes) -> dict[str, Any]:
     """Read the arrays of an archive; those without axes as strings and numbers."""
     if content[:2] != b"PK":
         raise InvalidInputError("not an archive of arrays (.npz)")
+    # Importing it takes as long as half of the package.
+    import zipfile  # noqa: PLC0415
+
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         # This package writes uncompressed arrays. A small compressed file may exceed the memory.
         if any(member.compress_type != zipfile.ZIP_STORED for member in archive.infolist()):

@@ -1,0 +1,30 @@
+"""Attributes of the package that are imported on first use: they need optional dependencies, or take long to import."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any, Final
+
+__all__ = ["FUNCTIONS", "SUBPACKAGES", "attribute"]
+
+SUBPACKAGES: Final = ("dask", "explore", "jax", "plotting", "pymanopt", "reproduce", "torch")
+# The module of each function.
+FUNCTIONS: Final = dict.fromkeys(("read_trajectory", "read_tum", "write_trajectory", "write_tum"), "trajectory_files")
+
+
+def attribute(name: str) -> Any:
+    """Import a subpackage or a function.
+
+    Raises
+    ------
+    AttributeError
+        There is none of this name, or one of its dependencies is missing; `hasattr` and `help` then skip it.
+    """
+    if name in FUNCTIONS:
+        return getattr(importlib.import_module(f"{__package__}.{FUNCTIONS[name]}"), name)
+    if name in SUBPACKAGES:
+        try:
+            return importlib.import_module(f"{__package__}.{name}")
+        except ImportError as error:
+            raise AttributeError(f"{__package__}.{name}: {error}; pip install 'stiefel-rs[{name}]'") from error
+    raise AttributeError(f"module {__package__!r} has no attribute {name!r}")
