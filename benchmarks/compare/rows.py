@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks import problems
-from benchmarks.compare import cubic_rows, gradient_rows, rotation_rows, spline_rows
+from benchmarks.compare import cubic_rows, derivative_rows, gradient_rows, rotation_rows, spline_rows
 from benchmarks.compare.row import THREADS, Bound, Rival, Row
 
 US = 1e-6
@@ -186,7 +186,7 @@ def _subspaces() -> list[Row]:
 
 def all_rows() -> list[Row]:
     """Every row of the table."""
-    curves = _curves() + _batches() + _riemannian() + _subspaces()
+    curves = _curves() + derivative_rows.derivatives() + _batches() + _riemannian() + _subspaces()
     cubics, splines, rotations = cubic_rows.cubics(), spline_rows.splines(), rotation_rows.rotations()
     gradients = gradient_rows.gradients()
     return _exponentials() + _logarithms() + _complex() + curves + cubics + splines + rotations + gradients

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import problems
-from benchmarks.compare import cubic_problems, gradient_problems, rotation_tasks, spline_tasks
+from benchmarks.compare import cubic_problems, derivative_tasks, gradient_problems, rotation_tasks, spline_tasks
 from benchmarks.compare.methods import extended
 from benchmarks.compare.protocol import Measures, Task, Tasks, serve
 from benchmarks.memory import resident
@@ -244,7 +244,7 @@ def tasks() -> Tasks:
     for work in ("spline", *(f"{n},{k}" for n, k in gradient_problems.SHAPES)):
         found[f"gradient/{work}:ours"] = partial(gradient_task, work, gradient=True)
         found[f"gradient/{work}:value"] = partial(gradient_task, work, gradient=False)
-    return found | spline_tasks.tasks() | rotation_tasks.tasks()
+    return found | spline_tasks.tasks() | rotation_tasks.tasks() | derivative_tasks.tasks()
 
 
 def exp_defect(m: int) -> float:
