@@ -6,8 +6,9 @@ use std::f64::consts::PI;
 
 use common::*;
 use faer::{Mat, Scale, mat};
+use stiefel_rs::linalg::jet::Jet;
 use stiefel_rs::manifold::covariant::christoffel;
-use stiefel_rs::{Curve, GeometricCubic, QuasiGeodesic, Stiefel};
+use stiefel_rs::{Curve, GeometricCubic, GeometricPolynomial, QuasiGeodesic, Stiefel};
 
 const TIMES: [f64; 6] = [0.0, 0.1, 0.37, 0.5, 0.8, 1.0];
 
@@ -331,5 +332,85 @@ fn cost_of_a_nearly_geodesic_curve_converges() {
             bound,
             &format!("J - {expected:e}, bend {bend:e}"),
         );
+    }
+}
+
+/// Control points of curves on which formulas for small, repeated or vanishing angles matter.
+fn special_control_points(n: usize, k: usize, rng: &mut Rng) -> Vec<[Mat<f64>; 4]> {
+    let start = random_point(n, k, rng);
+    let coordinates = Mat::from_fn(n, k, |i, j| f64::from(u8::from(i == j)));
+    let near = |s: &Mat<f64>, size: f64, rng: &mut Rng| {
+        let v = random_tangent(s, size, rng);
+        QuasiGeodesic::from_velocity(s.as_ref(), v.as_ref())
+            .unwrap()
+            .point(1.0)
+            .unwrap()
+    };
+    let turned = {
+        // The first two coordinates are rotated, all others stay.
+        let (sin, cos) = 0.8_f64.sin_cos();
+        let mut turned = coordinates.clone();
+        for j in 0..k {
+            let (x, y) = (coordinates[(0, j)], coordinates[(1, j)]);
+            (turned[(0, j)], turned[(1, j)]) = (cos * x - sin * y, sin * x + cos * y);
+        }
+        turned
+    };
+    let mut all = Vec::new();
+    for size in [1e-9, 0.3, 1.0] {
+        let second = near(&start, size, rng);
+        let third = near(&second, size, rng);
+        let last = near(&third, size, rng);
+        all.push([start.clone(), second, third, last]);
+    }
+    all.push([start.clone(), start.clone(), start.clone(), start.clone()]);
+    let moved = near(&coordinates, 0.7, rng);
+    all.push([coordinates.clone(), turned.clone(), coordinates, moved]);
+    all
+}
+
+#[test]
+fn derivatives_at_many_parameters_are_those_at_one() {
+    let mut rng = Rng::new(733);
+    for (n, k) in [
+        (2, 1),
+        (3, 1),
+        (2, 2),
+        (3, 2),
+        (4, 2),
+        (3, 3),
+        (4, 3),
+        (4, 4),
+        (7, 3),
+        (12, 5),
+    ] {
+        for points in special_control_points(n, k, &mut rng) {
+            let curve = GeometricPolynomial::try_from(&points[..]).unwrap();
+            let t: Vec<f64> = (0..=20)
+                .map(|i| f64::from(i) / 20.0)
+                .chain([-0.4, 1.3])
+                .collect();
+            let rows = curve.frame().map_or(n, |frame| frame.ncols());
+            for order in 1..=3 {
+                let mut work = curve.workspace();
+                let mut found: Vec<Jet> = t.iter().map(|_| Jet::zeros(rows, k)).collect();
+                curve.jets_into(&t, order, &mut work, &mut found).unwrap();
+                let mut exact = Jet::zeros(rows, k);
+                for (t, found) in t.iter().zip(&found) {
+                    curve
+                        .coordinates_into(*t, order, &mut work, &mut exact)
+                        .unwrap();
+                    for j in 0..=order {
+                        let error = (&found.c[j] - &exact.c[j]).norm_l2();
+                        let size = exact.c.iter().fold(1.0, |m: f64, c| m.max(c.norm_l2()));
+                        assert_within(
+                            error,
+                            1e-13 * size,
+                            &format!("({n}, {k}) at {t}, order {j}"),
+                        );
+                    }
+                }
+            }
+        }
     }
 }

@@ -273,26 +273,43 @@ fn symmetric_eigen_rebuilds_the_matrix() {
 fn polar_factor_is_the_nearest_orthonormal_matrix() {
     let mut rng = Rng::new(33);
     for (n, k) in SHAPES.into_iter().filter(|(n, k)| n >= k) {
-        let a = gaussian(n, k, &mut rng);
-        let q = polar_factor("A", a.as_ref()).unwrap();
-        assert_within(
-            orthonormality(&q),
-            8.0 * n as f64 * EPS,
-            &format!("orthonormal, ({n}, {k})"),
-        );
-        // A = Q H with H = Q^T A symmetric and positive definite, which makes Q the nearest point.
-        let h = q.transpose() * &a;
-        let bound = 8.0 * n as f64 * EPS * frobenius(a.as_ref());
-        assert_close(
-            &h,
-            &h.transpose().to_owned(),
-            bound,
-            &format!("H symmetric, ({n}, {k})"),
-        );
-        assert_close(&(&q * &h), &a, bound, &format!("Q H = A, ({n}, {k})"));
-        let smallest = h.self_adjoint_eigenvalues(faer::Side::Lower).unwrap()[0];
-        assert!(smallest > 0.0, "H positive, ({n}, {k}): {smallest:e}");
+        let far = gaussian(n, k, &mut rng);
+        // Both sides of the distance from which on it comes from a singular value decomposition.
+        let near = |size: f64| {
+            let noise = &far * Scale(size / frobenius(far.as_ref()));
+            random_point(n, k, &mut Rng::new(35)) + noise
+        };
+        for a in [
+            near(1e-9),
+            near(0.2),
+            near(0.3),
+            near(0.8) * Scale(1e6),
+            far.clone(),
+        ] {
+            check_polar_factor(&a, n, k);
+        }
     }
+}
+
+fn check_polar_factor(a: &Mat<f64>, n: usize, k: usize) {
+    let q = polar_factor("A", a.as_ref()).unwrap();
+    assert_within(
+        orthonormality(&q),
+        8.0 * n as f64 * EPS,
+        &format!("orthonormal, ({n}, {k})"),
+    );
+    // A = Q H with H = Q^T A symmetric and positive definite, which makes Q the nearest point.
+    let h = q.transpose() * a;
+    let bound = 8.0 * n as f64 * EPS * frobenius(a.as_ref());
+    assert_close(
+        &h,
+        &h.transpose().to_owned(),
+        bound,
+        &format!("H symmetric, ({n}, {k})"),
+    );
+    assert_close(&(&q * &h), a, bound, &format!("Q H = A, ({n}, {k})"));
+    let smallest = h.self_adjoint_eigenvalues(faer::Side::Lower).unwrap()[0];
+    assert!(smallest > 0.0, "H positive, ({n}, {k}): {smallest:e}");
 }
 
 #[test]

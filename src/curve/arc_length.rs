@@ -1,7 +1,7 @@
 //! Arc length of a curve, its inverse, and reparametrisation to constant speed.
 
-use super::curve::{Curve, coordinate_shape, jets, length_between};
-use super::length::{Length, ROUND_OFF, Speed, TOLERANCE};
+use super::curve::{Curve, length_between};
+use super::length::{Length, ROUND_OFF, TOLERANCE};
 use super::quantity::Quantity;
 use super::sampling::Samples;
 use crate::error::{Error, Result};
@@ -96,8 +96,7 @@ impl<'a, C: Curve> ArcLength<'a, C> {
                 });
             }
         }
-        let speed = || Speed::new(coordinate_shape(self.curve), jets(self.curve, 1));
-        self.length.parameters(lengths, speed, self.interrupt)
+        self.length.parameters(lengths, self.curve, self.interrupt)
     }
 
     /// Parameters of `count` points at equal distances along the curve, including both ends of the interval.

@@ -5,13 +5,17 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::cost::squared_acceleration;
 use super::derivative_bounds::{DerivativeBounds, sampled_bounds};
-use super::length::{Length, Speed};
+use super::length::Length;
 use super::quantity::Quantity;
 use super::sampling::{self, Request, Samples, check_parameter};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
+use crate::linalg::lanes::LANES;
 use crate::space::Quotient;
+
+/// Number of parameters whose Taylor coefficients are computed at once.
+const ABREAST: usize = LANES;
 
 /// A smooth curve on `St(n, k)`.
 ///
@@ -103,6 +107,25 @@ pub trait Curve: Send + Sync {
         work: &mut Self::Workspace,
         out: &mut Jet,
     ) -> Result<()>;
+
+    /// Writes Taylor coefficients of the coordinates at many parameters, one polynomial for each.
+    ///
+    /// By default they are computed one after another; curves that compute many at once override this.
+    ///
+    /// # Errors
+    /// An error if the curve does not exist at one of them.
+    fn jets_into(
+        &self,
+        t: &[f64],
+        order: usize,
+        work: &mut Self::Workspace,
+        out: &mut [Jet],
+    ) -> Result<()> {
+        for (&t, out) in t.iter().zip(out) {
+            self.coordinates_into(t, order, work, out)?;
+        }
+        Ok(())
+    }
 
     /// Writes coordinates of the positions at many parameters, side by side in `out`, shape `(r, k len)`.
     ///
@@ -223,12 +246,7 @@ pub trait Curve: Send + Sync {
     where
         Self: Sized,
     {
-        squared_acceleration(
-            coordinate_shape(self),
-            self.t_span(),
-            jets(self, 2),
-            interrupt,
-        )
+        squared_acceleration(self, interrupt)
     }
 
     /// Length from `t0` to `t1 >= t0` in the canonical metric; [`ArcLength`](super::ArcLength) also computes its
@@ -265,13 +283,7 @@ pub trait Curve: Send + Sync {
         &self,
         interrupt: Interrupt<'_>,
     ) -> Result<DerivativeBounds> {
-        sampled_bounds(
-            coordinate_shape(self),
-            self.quotient(),
-            &self.breakpoints(),
-            jets(self, 3),
-            interrupt,
-        )
+        sampled_bounds(self, interrupt)
     }
 }
 
@@ -279,15 +291,6 @@ pub trait Curve: Send + Sync {
 pub(super) fn coordinate_shape<C: Curve + ?Sized>(curve: &C) -> [usize; 2] {
     let rows = curve.frame().map_or(curve.n(), |frame| frame.ncols());
     [rows, curve.k()]
-}
-
-/// The Taylor coefficients of the coordinates up to a given order, in a workspace allocated once.
-pub(super) fn jets<C: Curve + ?Sized>(
-    curve: &C,
-    order: usize,
-) -> impl FnMut(f64, &mut Jet) -> Result<()> {
-    let mut work = curve.workspace();
-    move |t, out| curve.coordinates_into(t, order, &mut work, out)
 }
 
 /// The length of a curve from `start` to `end >= start`.
@@ -314,8 +317,7 @@ pub(super) fn length_between<C: Curve>(
     for t in [start, end] {
         curve.point(t)?;
     }
-    let speed = || Speed::new(coordinate_shape(curve), jets(curve, 1));
-    Length::between(start, end, curve.breakpoints(), speed, interrupt)
+    Length::between(start, end, curve, interrupt)
 }
 
 /// [`Curve::sample`] by evaluation at every parameter.
@@ -355,16 +357,21 @@ fn reader<C: Curve + ?Sized>(
     curve: &C,
     quantity: Quantity,
 ) -> impl FnMut(&[f64], MatMut<'_, f64>) -> Result<()> {
-    let (mut work, mut jet) = (curve.workspace(), None);
+    let (mut work, mut jet, mut jets) = (curve.workspace(), None, Vec::new());
+    let mut covariant = None;
     move |t, mut out| {
         if quantity == Quantity::Derivative(0) {
             return curve.positions_into(t, &mut work, &mut jet, out);
         }
         let (rows, k) = (out.nrows(), curve.k());
-        let jet = jet.get_or_insert_with(|| Jet::zeros(rows, k));
-        for (i, &t) in t.iter().enumerate() {
-            curve.coordinates_into(t, quantity.order(), &mut work, jet)?;
-            quantity.read_into(curve.quotient(), jet, out.rb_mut().subcols_mut(i * k, k));
+        if jets.len() < t.len().min(ABREAST) {
+            jets.resize_with(t.len().min(ABREAST), || Jet::zeros(rows, k));
+        }
+        for (block, t) in t.chunks(ABREAST).enumerate() {
+            let jets = &mut jets[..t.len()];
+            curve.jets_into(t, quantity.order(), &mut work, jets)?;
+            let out = out.rb_mut().subcols_mut(ABREAST * block * k, k * t.len());
+            quantity.read_into(curve.quotient(), jets, &mut covariant, out);
         }
         Ok(())
     }

@@ -9,9 +9,9 @@
 //!           gamma
 //! ```
 //!
-//! Positions are computed at eight parameters at once ([`lane_join`](crate::manifold)) or, if a stage comes near the
-//! edge of its domain, by a slower method one parameter at a time. Derivatives are obtained by differentiating every
-//! stage.
+//! Positions and derivatives, for which every stage is differentiated, are computed at eight parameters at once
+//! ([`crate::manifold`], `lane_join` and `lane_moving_join`) or, if a stage comes near the edge of its domain, by a
+//! slower method one parameter at a time.
 //!
 //! # Source
 //! Krakowski, Machado, Silva Leite, Batista (2017); arXiv 2404.19407, section on the adjusted algorithm. Deviation: the
@@ -27,12 +27,14 @@ use super::span::{self, Span};
 use super::stages::Stages;
 use crate::error::{Error, Result};
 use crate::linalg::jet::Jet;
+use crate::linalg::lane_jet::LaneJet;
 use crate::linalg::lane_matrix::LaneMatrix;
 use crate::linalg::lanes::{LANES, Lanes};
 use crate::linalg::simd::vectorised;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::lane_join::{LaneJoin, Margin};
 use crate::manifold::lane_leg::{LaneLeg, LaneLegWork};
+use crate::manifold::lane_moving_join::LaneMovingJoin;
 use crate::space::Quotient;
 
 /// Beyond this distance from `[0, 1]` the weights of the two ends cancel, and parameters are evaluated one at a time.
@@ -209,6 +211,29 @@ impl GeometricPolynomial {
         margin
     }
 
+    /// Computes Taylor coefficients at eight parameters in the first stage.
+    #[inline(always)]
+    fn lane_jets(
+        &self,
+        t: Lanes,
+        order: usize,
+        leg: &mut LaneLegWork,
+        work: &mut LaneJetWork,
+    ) -> Margin {
+        let mut margin = Margin::WIDE;
+        for (fixed, stage) in self.lane_legs.iter().zip(&mut work.stages) {
+            fixed.jets_into(t, order, leg, stage);
+        }
+        for level in (1..self.degree()).rev() {
+            for i in 0..level {
+                let (from, to) = work.stages.split_at_mut(i + 1);
+                work.join
+                    .advance(&mut from[i], &to[0], t, order, &mut margin);
+            }
+        }
+        margin
+    }
+
     /// Writes points at up to eight parameters, side by side in `out`; returns `true` for those that must be recomputed
     /// one at a time.
     #[inline(always)]
@@ -273,6 +298,44 @@ impl Curve for GeometricPolynomial {
         let careful = work.careful(self);
         careful.compute(&self.legs, t, order)?;
         out.copy_from(careful.value(), order);
+        Ok(())
+    }
+
+    fn jets_into(
+        &self,
+        t: &[f64],
+        order: usize,
+        work: &mut Workspace,
+        out: &mut [Jet],
+    ) -> Result<()> {
+        for (t, out) in t.chunks(LANES).zip(out.chunks_mut(LANES)) {
+            let mut hard = [true; LANES];
+            if order > 0 && self.k() <= LANE_COLUMNS && t.iter().all(|t| t.abs() <= 1.0) {
+                let mut lanes = Lanes::splat(t[0]);
+                lanes.0[..t.len()].copy_from_slice(t);
+                let LaneWork { leg, jets, .. } = &mut work.lanes;
+                let jets = jets.get_or_insert_with(|| {
+                    Box::new(LaneJetWork::new(
+                        self.reduced_rows(),
+                        self.k(),
+                        self.degree(),
+                    ))
+                });
+                hard = vectorised(
+                    #[inline(always)]
+                    || self.lane_jets(lanes, order, leg, jets),
+                )
+                .hard;
+                for (lane, out) in out.iter_mut().enumerate() {
+                    for (j, c) in jets.stages[0].c[..=order].iter().enumerate() {
+                        c.lane_into(lane, out.c[j].as_mut());
+                    }
+                }
+            }
+            for ((&t, out), _) in t.iter().zip(out).zip(hard).filter(|(_, hard)| *hard) {
+                self.coordinates_into(t, order, work, out)?;
+            }
+        }
         Ok(())
     }
 
@@ -344,6 +407,22 @@ struct LaneWork {
     stages: Vec<LaneMatrix>,
     leg: LaneLegWork,
     join: LaneJoin,
+    jets: Option<Box<LaneJetWork>>,
+}
+
+/// Buffers for derivatives.
+struct LaneJetWork {
+    stages: Vec<LaneJet>,
+    join: LaneMovingJoin,
+}
+
+impl LaneJetWork {
+    fn new(r: usize, k: usize, degree: usize) -> Self {
+        LaneJetWork {
+            stages: (0..degree).map(|_| LaneJet::zeros(r, k)).collect(),
+            join: LaneMovingJoin::new(r, k),
+        }
+    }
 }
 
 impl LaneWork {
@@ -352,6 +431,7 @@ impl LaneWork {
             stages: (0..degree).map(|_| LaneMatrix::zeros(r, k)).collect(),
             leg: LaneLegWork::new(k),
             join: LaneJoin::new(r, k),
+            jets: None,
         }
     }
 }

@@ -1,21 +1,20 @@
 //! The largest velocity, covariant acceleration and covariant jerk of a curve.
 
-use super::quantity::Quantity;
+use super::curve::Curve;
+use super::norms::{Norm, Norms};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::jet::Jet;
-use crate::manifold::Stiefel;
-use crate::space::Quotient;
+use crate::linalg::lanes::LANES;
 
 /// Number of samples of each smooth piece.
-const SAMPLES: usize = 33;
+const SAMPLES: usize = 32;
 
-/// Number of samples per refinement, on the two intervals next to a largest sample.
-const FINER: usize = 17;
+/// Number of samples per refinement, on the two intervals next to a largest sample: those that are computed at once.
+const FINER: usize = LANES;
 
-/// Number of refinements; each reduces the interval to an eighth, so that after five the maximum of a smooth function
-/// is known to `1e-10`.
-const ROUNDS: usize = 5;
+/// Number of refinements; each reduces the interval to 2/7, so that after eight the maximum of a smooth function is
+/// known to `1e-10`.
+const ROUNDS: usize = 8;
 
 /// Number of local maxima that are refined.
 const CANDIDATES: usize = 3;
@@ -125,57 +124,15 @@ impl DerivativeBounds {
     }
 }
 
-/// Norms of velocity, covariant acceleration and covariant jerk of a curve, with buffers allocated once.
-struct Norms<F> {
-    /// Writes Taylor coefficients up to order 3.
-    jet_at: F,
-    manifold: Stiefel,
-    quotient: Quotient,
-    jet: Jet,
-}
-
-impl<F: FnMut(f64, &mut Jet) -> Result<()>> Norms<F> {
-    fn new([rows, k]: [usize; 2], quotient: Quotient, jet_at: F) -> Result<Self> {
-        Ok(Norms {
-            jet_at,
-            manifold: Stiefel::new(rows.max(k), k)?,
-            quotient,
-            jet: Jet::zeros(rows, k),
-        })
-    }
-
-    fn at(&mut self, t: f64) -> Result<[f64; 3]> {
-        let jet = &mut self.jet;
-        (self.jet_at)(t, jet)?;
-        let (rows, k) = jet.c[0].shape();
-        let mut value = faer::Mat::zeros(rows, k);
-        let mut norm = |quantity: Quantity| {
-            quantity.read_into(self.quotient, jet, value.as_mut());
-            self.manifold
-                .norm_along("derivative bounds", jet.c[0].as_ref(), value.as_ref())
-        };
-        Ok([
-            norm(Quantity::Derivative(1))?,
-            norm(Quantity::Acceleration)?,
-            norm(Quantity::Jerk)?,
-        ])
-    }
-}
-
 /// Bounds by sampling each smooth piece of a curve, between its breakpoints.
-///
-/// The coordinates have shape `(rows, k)`, and `jet_at` writes their Taylor coefficients up to order 3.
-pub(super) fn sampled_bounds(
-    shape: [usize; 2],
-    quotient: Quotient,
-    breakpoints: &[f64],
-    jet_at: impl FnMut(f64, &mut Jet) -> Result<()>,
+pub(super) fn sampled_bounds<C: Curve + ?Sized>(
+    curve: &C,
     interrupt: Interrupt<'_>,
 ) -> Result<DerivativeBounds> {
-    let mut norms = Norms::new(shape, quotient, jet_at)?;
+    let mut norms = Norms::new(curve, "derivative bounds")?;
     let mut largest = [0.0_f64; 3];
-    for pair in breakpoints.windows(2) {
-        let samples = sample(&mut norms, pair[0], pair[1], SAMPLES, interrupt)?;
+    for pair in curve.breakpoints().windows(2) {
+        let samples = sample(&mut norms, 3, [pair[0], pair[1]], SAMPLES, interrupt)?;
         for which in 0..3 {
             for (low, high) in peaks(&samples, which) {
                 let peak = refined(&mut norms, low, high, which, interrupt)?;
@@ -193,21 +150,22 @@ pub(super) fn sampled_bounds(
 
 type Sample = (f64, [f64; 3]);
 
-fn sample<F: FnMut(f64, &mut Jet) -> Result<()>>(
-    norms: &mut Norms<F>,
-    low: f64,
-    high: f64,
+fn sample<C: Curve + ?Sized>(
+    norms: &mut Norms<'_, C>,
+    order: usize,
+    [low, high]: [f64; 2],
     count: usize,
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<Sample>> {
     interrupt.check("derivative bounds")?;
-    (0..count)
-        .map(|i| {
-            let share = i as f64 / (count - 1) as f64;
-            let t = (low + share * (high - low)).clamp(low, high);
-            Ok((t, norms.at(t)?))
-        })
-        .collect()
+    let share = |i: usize| i as f64 / (count - 1) as f64;
+    let t: Vec<f64> = (0..count)
+        .map(|i| (low + share(i) * (high - low)).clamp(low, high))
+        .collect();
+    let mut found = vec![Norm::default(); count];
+    norms.read(&t, order, &mut found)?;
+    let found = found.into_iter().map(|norm| norm.covariant);
+    Ok(t.into_iter().zip(found).collect())
 }
 
 /// The intervals next to the largest local maxima of one norm.
@@ -227,8 +185,8 @@ fn peaks(samples: &[Sample], which: usize) -> Vec<(f64, f64)> {
 }
 
 /// The largest value between two parameters.
-fn refined<F: FnMut(f64, &mut Jet) -> Result<()>>(
-    norms: &mut Norms<F>,
+fn refined<C: Curve + ?Sized>(
+    norms: &mut Norms<'_, C>,
     low: f64,
     high: f64,
     which: usize,
@@ -236,7 +194,7 @@ fn refined<F: FnMut(f64, &mut Jet) -> Result<()>>(
 ) -> Result<f64> {
     let (mut low, mut high, mut largest) = (low, high, 0.0_f64);
     for _ in 0..ROUNDS {
-        let samples = sample(norms, low, high, FINER, interrupt)?;
+        let samples = sample(norms, which + 1, [low, high], FINER, interrupt)?;
         let top = (0..FINER).fold(0, |top, i| {
             if samples[i].1[which] > samples[top].1[which] {
                 i

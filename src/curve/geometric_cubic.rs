@@ -137,6 +137,16 @@ impl Curve for GeometricCubic {
         self.0.coordinates_into(t, order, work, out)
     }
 
+    fn jets_into(
+        &self,
+        t: &[f64],
+        order: usize,
+        work: &mut Workspace,
+        out: &mut [Jet],
+    ) -> Result<()> {
+        self.0.jets_into(t, order, work, out)
+    }
+
     fn positions_into(
         &self,
         t: &[f64],

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::curve::Curve;
 use super::gauss_legendre::{PANEL, POINTS};
+use super::norms::Norms;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::jet::Jet;
-use crate::manifold::Stiefel;
 use crate::report::{SolverReport, StopReason};
 
 const SOLVER: &str = "arc length quadrature";
@@ -84,80 +84,60 @@ impl Rule {
     ///
     /// No node sees such a corner, but the polynomial through the nodes misses the value at the end by twice the slope
     /// times the distance of the corner from the end, and the integral by the slope times the square of that distance.
-    fn guarded(
-        &self,
-        a: f64,
-        b: f64,
-        mut integrand: impl FnMut(f64) -> Result<f64>,
-    ) -> Result<[f64; 3]> {
-        let ends = [integrand(a)?, integrand(b)?];
-        let (mut least, mut most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-        let (mut at_start, mut at_end, mut place) = (0.0, 0.0, 0);
-        let integral = self.integral(a, b, |t| {
-            let value = integrand(t)?;
+    fn guarded<C: Curve>(&self, a: f64, b: f64, speed: &mut Norms<'_, C>) -> Result<[f64; 3]> {
+        let mut t = [a; POINTS + 2];
+        t[1] = b;
+        self.places_into(a, b, &mut t[2..]);
+        let mut values = [0.0; POINTS + 2];
+        speed.speeds(&t, &mut values)?;
+        let (ends, inner) = values.split_at(2);
+        let (mut integral, mut at_start, mut at_end) = (0.0, 0.0, 0.0);
+        for (place, value) in inner.iter().enumerate() {
+            integral += self.weights[place] * value;
             at_end += self.continuation[place] * value;
             at_start += self.continuation[POINTS - 1 - place] * value;
-            place += 1;
-            (least, most) = (least.min(value), most.max(value));
-            Ok(value)
-        })?;
+        }
+        let (least, most) = values
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), x| {
+                (low.min(*x), high.max(*x))
+            });
         let miss = (at_start - ends[0]).abs().max((at_end - ends[1]).abs());
         // Distance of the outermost node from the end, as a fraction of the panel.
         let gap = 0.5 * (1.0 - self.nodes[0].abs());
-        Ok([integral, 0.5 * miss * gap * (b - a), most - least])
+        Ok([
+            0.5 * (b - a) * integral,
+            0.5 * miss * gap * (b - a),
+            most - least,
+        ])
     }
 
-    fn integral(
-        &self,
-        a: f64,
-        b: f64,
-        mut integrand: impl FnMut(f64) -> Result<f64>,
-    ) -> Result<f64> {
+    fn integral<C: Curve>(&self, a: f64, b: f64, speed: &mut Norms<'_, C>) -> Result<f64> {
+        let (mut t, mut values) = ([0.0; POINTS], [0.0; POINTS]);
+        self.places_into(a, b, &mut t);
+        speed.speeds(&t, &mut values)?;
+        let sum: f64 = values.iter().zip(&self.weights).map(|(x, w)| w * x).sum();
+        Ok(0.5 * (b - a) * sum)
+    }
+
+    /// The nodes in a panel.
+    fn places_into(&self, a: f64, b: f64, out: &mut [f64]) {
         let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-        let mut sum = 0.0;
-        for (x, w) in self.nodes.iter().zip(&self.weights) {
-            sum += w * integrand(middle + half * x)?;
+        for (t, x) in out.iter_mut().zip(&self.nodes) {
+            *t = middle + half * x;
         }
-        Ok(half * sum)
-    }
-}
-
-/// The speed of a curve, with buffers allocated once.
-pub(super) struct Speed<F> {
-    /// Writes Taylor coefficients up to order 1.
-    jet_at: F,
-    manifold: Stiefel,
-    jet: Jet,
-}
-
-impl<F: FnMut(f64, &mut Jet) -> Result<()>> Speed<F> {
-    /// Built for a curve with coordinates of shape `(rows, k)`.
-    pub(super) fn new([rows, k]: [usize; 2], jet_at: F) -> Result<Self> {
-        Ok(Speed {
-            jet_at,
-            manifold: Stiefel::new(rows.max(k), k)?,
-            jet: Jet::zeros(rows, k),
-        })
-    }
-
-    fn at(&mut self, t: f64) -> Result<f64> {
-        (self.jet_at)(t, &mut self.jet)?;
-        self.manifold
-            .norm_along("arc length", self.jet.c[0].as_ref(), self.jet.c[1].as_ref())
     }
 }
 
 impl Length {
-    /// The lengths from `start` to `end`, with panels that end at the breakpoints in between; `speed` creates the speed
-    /// function of a thread.
+    /// The lengths from `start` to `end`, with panels that end at the breakpoints in between.
     ///
     /// # Errors
     /// `NoConvergence`, `Overflow`, `Interrupted`, and an error if the curve does not exist somewhere.
-    pub(super) fn between<F: FnMut(f64, &mut Jet) -> Result<()>>(
+    pub(super) fn between<C: Curve>(
         start: f64,
         end: f64,
-        breakpoints: Vec<f64>,
-        speed: impl Fn() -> Result<Speed<F>> + Sync,
+        curve: &C,
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         let mut length = Length {
@@ -165,24 +145,24 @@ impl Length {
             panels: Vec::new(),
             total: 0.0,
         };
-        let inner = breakpoints.into_iter();
+        let inner = curve.breakpoints().into_iter();
         let mut ends: Vec<f64> = inner.filter(|t| start < *t && *t < end).collect();
         ends.push(end);
-        length.build(start, &ends, speed, interrupt)?;
+        length.build(start, &ends, curve, interrupt)?;
         Ok(length)
     }
 
-    fn build<F: FnMut(f64, &mut Jet) -> Result<()>>(
+    fn build<C: Curve>(
         &mut self,
         start: f64,
         ends: &[f64],
-        speed: impl Fn() -> Result<Speed<F>> + Sync,
+        curve: &C,
         interrupt: Interrupt<'_>,
     ) -> Result<()> {
         let starts = std::iter::once(start).chain(ends.iter().copied());
         let intervals: Vec<[f64; 2]> = starts.zip(ends).map(|(from, to)| [from, *to]).collect();
-        let lengths = in_blocks(&intervals, &speed, interrupt, |[from, to], speed| {
-            self.rule.integral(*from, *to, |t| speed.at(t))
+        let lengths = in_blocks(&intervals, curve, interrupt, |[from, to], speed| {
+            self.rule.integral(*from, *to, speed)
         })?;
         // A first estimate of the total length determines the allowed error of a panel.
         let whole: f64 = lengths.iter().sum();
@@ -200,7 +180,7 @@ impl Length {
         let estimates: Vec<_> = intervals.into_iter().zip(lengths).collect();
         let panels = in_blocks(
             &estimates,
-            &speed,
+            curve,
             interrupt,
             |([from, to], length), speed| {
                 self.panels_of([*from, *to], *length, &allowed, speed, interrupt)
@@ -216,12 +196,12 @@ impl Length {
     }
 
     /// Start, end and length of the panels of an interval, given an estimate of its length.
-    fn panels_of<F: FnMut(f64, &mut Jet) -> Result<()>>(
+    fn panels_of<C: Curve>(
         &self,
         [from, to]: [f64; 2],
         length: f64,
         allowed: &Allowed,
-        speed: &mut Speed<F>,
+        speed: &mut Norms<'_, C>,
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<[f64; 3]>> {
         let mut panels = Vec::new();
@@ -229,7 +209,7 @@ impl Length {
         while let Some((a, b, length, halvings)) = waiting.pop() {
             interrupt.check(SOLVER)?;
             let middle = 0.5 * (a + b);
-            let mut half = |a, b| self.rule.guarded(a, b, |t| speed.at(t));
+            let mut half = |a, b| self.rule.guarded(a, b, speed);
             let [left_half, right_half] = [half(a, middle)?, half(middle, b)?];
             let ([left, left_miss, left_change], [right, right_miss, right_change]) =
                 (left_half, right_half);
@@ -277,23 +257,19 @@ impl Length {
     ///
     /// # Errors
     /// `Interrupted`, and an error if the curve does not exist somewhere.
-    pub(super) fn parameters<F: FnMut(f64, &mut Jet) -> Result<()>>(
+    pub(super) fn parameters<C: Curve>(
         &self,
         lengths: &[f64],
-        speed: impl Fn() -> Result<Speed<F>> + Sync,
+        curve: &C,
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<f64>> {
-        in_blocks(lengths, &speed, interrupt, |length, speed| {
+        in_blocks(lengths, curve, interrupt, |length, speed| {
             self.invert(*length, speed)
         })
     }
 
     /// Newton's method, safeguarded by bisection.
-    fn invert<F: FnMut(f64, &mut Jet) -> Result<()>>(
-        &self,
-        length: f64,
-        speed: &mut Speed<F>,
-    ) -> Result<f64> {
+    fn invert<C: Curve>(&self, length: f64, speed: &mut Norms<'_, C>) -> Result<f64> {
         let ahead = self
             .panels
             .partition_point(|panel| panel.before + panel.length < length);
@@ -309,13 +285,13 @@ impl Length {
         let (mut low, mut high) = (panel.start, panel.end);
         let mut t = low + (high - low) * wanted / panel.length;
         for _ in 0..MAX_STEPS {
-            let excess = self.rule.integral(panel.start, t, |t| speed.at(t))? - wanted;
+            let excess = self.rule.integral(panel.start, t, speed)? - wanted;
             if excess > 0.0 {
                 high = t;
             } else {
                 low = t;
             }
-            let newton = t - excess / speed.at(t)?;
+            let newton = t - excess / speed.speed(t)?;
             let spacing = 2.0 * f64::EPSILON * t.abs().max(panel.end - panel.start);
             if excess.abs() <= f64::EPSILON * self.total || (newton - t).abs() <= spacing {
                 break;
@@ -334,14 +310,14 @@ impl Length {
 }
 
 /// Applies `work` to each item, with blocks of items on one thread each.
-fn in_blocks<T: Sync, R: Send, F: FnMut(f64, &mut Jet) -> Result<()>>(
+fn in_blocks<T: Sync, R: Send, C: Curve>(
     items: &[T],
-    speed: impl Fn() -> Result<Speed<F>> + Sync,
+    curve: &C,
     interrupt: Interrupt<'_>,
-    work: impl Fn(&T, &mut Speed<F>) -> Result<R> + Sync,
+    work: impl Fn(&T, &mut Norms<'_, C>) -> Result<R> + Sync,
 ) -> Result<Vec<R>> {
     let block = |items: &[T]| -> Result<Vec<R>> {
-        let mut speed = speed()?;
+        let mut speed = Norms::new(curve, "arc length")?;
         items
             .iter()
             .map(|item| {

@@ -25,6 +25,7 @@ mod horizontal_lift;
 mod length;
 pub mod minimal_cost;
 pub(crate) mod nodes;
+mod norms;
 mod quantity;
 mod quasi_geodesic;
 pub mod quintic;

@@ -1,10 +1,12 @@
 //! Quantities along a curve: ambient derivatives, covariant acceleration and jerk.
 
-use faer::MatMut;
+use faer::prelude::*;
+use faer::{Mat, MatMut};
 
 use crate::linalg::jet::Jet;
 use crate::linalg::product::scale;
 use crate::manifold::covariant;
+use crate::manifold::lane_covariant::{FEW_COLUMNS, LaneCovariant};
 use crate::manifold::tangent::tangent_part;
 use crate::space::Quotient;
 
@@ -41,28 +43,64 @@ impl Quantity {
         }
     }
 
-    /// Computes the quantity from Taylor coefficients of the curve, in the coordinates of its frame.
-    pub(super) fn read_into(self, quotient: Quotient, jet: &Jet, mut out: MatMut<'_, f64>) {
-        let c = |j: usize| jet.c[j].as_ref();
-        let d = |j: usize, factorial: f64| &jet.c[j] * faer::Scale(factorial);
-        match self {
-            Quantity::Derivative(order) => {
-                out.copy_from(c(order));
+    /// Computes the quantity from Taylor coefficients of the curve at up to eight parameters, in the coordinates of its
+    /// frame, side by side in `out`.
+    pub(super) fn read_into(
+        self,
+        quotient: Quotient,
+        jets: &[Jet],
+        work: &mut Option<Box<LaneCovariant>>,
+        mut out: MatMut<'_, f64>,
+    ) {
+        let (rows, k) = jets[0].c[0].shape();
+        if let Quantity::Derivative(order) = self {
+            for (i, jet) in jets.iter().enumerate() {
+                let mut out = out.rb_mut().subcols_mut(i * k, k);
+                out.copy_from(&jet.c[order]);
                 scale(out, [1.0, 1.0, 2.0, 6.0][order]);
             }
-            Quantity::Acceleration => {
-                out.copy_from(covariant::acceleration(c(0), c(1), d(2, 2.0).as_ref()))
+            return;
+        }
+        if k > FEW_COLUMNS {
+            for (i, jet) in jets.iter().enumerate() {
+                let value = self.single(quotient, jet);
+                out.rb_mut().subcols_mut(i * k, k).copy_from(value);
             }
-            Quantity::Jerk => {
-                let (second, third) = (d(2, 2.0), d(3, 6.0));
-                let jerk = covariant::jerk(c(0), c(1), second.as_ref(), third.as_ref());
-                out.copy_from(match quotient {
-                    Quotient::Frames => jerk,
-                    // For a horizontal curve both manifolds have the same acceleration, and the Grassmann manifold has
-                    // the normal part of the jerk.
-                    Quotient::Subspaces => tangent_part(quotient, c(0), jerk.as_ref()),
-                });
+            return;
+        }
+        let work = work.get_or_insert_with(|| Box::new(LaneCovariant::new(rows, k)));
+        for (lane, jet) in jets.iter().enumerate() {
+            for (order, c) in jet.c[..=self.order()].iter().enumerate() {
+                work.set(lane, order, c.as_ref());
             }
+        }
+        let found = match self {
+            Quantity::Jerk => work.jerk(),
+            _ => work.acceleration(),
+        };
+        for (lane, jet) in jets.iter().enumerate() {
+            let mut out = out.rb_mut().subcols_mut(lane * k, k);
+            found.lane_into(lane, out.rb_mut());
+            // For a horizontal curve both manifolds have the same acceleration, and the Grassmann manifold has the
+            // normal part of the jerk.
+            if (self, quotient) == (Quantity::Jerk, Quotient::Subspaces) {
+                out.copy_from(tangent_part(quotient, jet.c[0].as_ref(), out.rb()));
+            }
+        }
+    }
+
+    /// A covariant quantity at one parameter.
+    fn single(self, quotient: Quotient, jet: &Jet) -> Mat<f64> {
+        let c = |j: usize| jet.c[j].as_ref();
+        let second = &jet.c[2] * Scale(2.0);
+        if self != Quantity::Jerk {
+            return covariant::acceleration(c(0), c(1), second.as_ref());
+        }
+        let third = &jet.c[3] * Scale(6.0);
+        let jerk = covariant::jerk(c(0), c(1), second.as_ref(), third.as_ref());
+        match quotient {
+            Quotient::Frames => jerk,
+            Quotient::Subspaces => tangent_part(quotient, c(0), jerk.as_ref()),
         }
     }
 }

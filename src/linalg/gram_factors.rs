@@ -8,7 +8,6 @@
 //! ETNA 44, 306-326. Inverse square root: Higham (2008), "Functions of Matrices", section 6.3 (Newton-Schulz).
 
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef, Par, Side};
 
 use super::product::{mul_add, mul_into};

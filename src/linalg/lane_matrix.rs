@@ -83,6 +83,16 @@ impl LaneMatrix {
         }
     }
 
+    /// Sets one lane to a multiple of a matrix.
+    pub(crate) fn set_lane(&mut self, lane: usize, alpha: f64, a: faer::MatRef<'_, f64>) {
+        for j in 0..self.cols {
+            let column = a.col(j);
+            for (to, from) in self.col_mut(j).iter_mut().zip(column.iter()) {
+                to.0[lane] = alpha * from;
+            }
+        }
+    }
+
     /// The matrix of one lane.
     pub(crate) fn lane_into(&self, lane: usize, mut out: faer::MatMut<'_, f64>) {
         for j in 0..self.cols {
@@ -98,6 +108,16 @@ impl LaneMatrix {
         for j in 0..b.cols {
             for i in 0..a.cols {
                 self.set(i, j, dot(a.col(i), b.col(j)));
+            }
+        }
+    }
+
+    /// `self += a^T b`.
+    #[inline(always)]
+    pub(crate) fn add_product_tn(&mut self, a: &LaneMatrix, b: &LaneMatrix) {
+        for j in 0..b.cols {
+            for i in 0..a.cols {
+                self.set(i, j, self.at(i, j) + dot(a.col(i), b.col(j)));
             }
         }
     }
@@ -142,14 +162,84 @@ impl LaneMatrix {
     #[inline(always)]
     pub(crate) fn set_product_nt(&mut self, a: &LaneMatrix, b: &LaneMatrix) {
         self.entries.fill(Lanes::ZERO);
+        self.add_scaled_product_nt(1.0, a, b);
+    }
+
+    /// `self += alpha a b^T`.
+    #[inline(always)]
+    pub(crate) fn add_scaled_product_nt(&mut self, alpha: f64, a: &LaneMatrix, b: &LaneMatrix) {
         for l in 0..a.cols {
             for j in 0..b.rows {
-                let (x, out) = (b.at(j, l), self.col_mut(j));
+                let (x, out) = (b.at(j, l) * alpha, self.col_mut(j));
                 for (target, &y) in out.iter_mut().zip(a.col(l)) {
                     *target += y * x;
                 }
             }
         }
+    }
+
+    /// `self -= a b`.
+    #[inline(always)]
+    pub(crate) fn subtract_product(&mut self, a: &LaneMatrix, b: &LaneMatrix) {
+        for j in 0..b.cols {
+            for l in 0..a.cols {
+                let (x, out) = (b.at(l, j), self.col_mut(j));
+                for (target, &y) in out.iter_mut().zip(a.col(l)) {
+                    *target -= y * x;
+                }
+            }
+        }
+    }
+
+    /// `self += a diag(d)`.
+    #[inline(always)]
+    pub(crate) fn add_scaled_columns(&mut self, a: &LaneMatrix, d: &[Lanes]) {
+        for (j, &x) in d.iter().enumerate() {
+            for (target, &y) in self.col_mut(j).iter_mut().zip(a.col(j)) {
+                *target += y * x;
+            }
+        }
+    }
+
+    /// `self = a^T`.
+    #[inline(always)]
+    pub(crate) fn set_transposed(&mut self, a: &LaneMatrix) {
+        for j in 0..self.cols {
+            for i in 0..self.rows {
+                self.set(i, j, a.at(j, i));
+            }
+        }
+    }
+
+    /// `self += alpha a`.
+    #[inline(always)]
+    pub(crate) fn add_scaled(&mut self, alpha: f64, a: &LaneMatrix) {
+        for (to, from) in self.entries.iter_mut().zip(&a.entries) {
+            *to += *from * alpha;
+        }
+    }
+
+    /// `self *= alpha`.
+    #[inline(always)]
+    pub(crate) fn scale(&mut self, alpha: f64) {
+        for x in &mut self.entries {
+            *x = *x * alpha;
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn fill_zero(&mut self) {
+        self.entries.fill(Lanes::ZERO);
+    }
+
+    #[inline(always)]
+    pub(crate) fn entries(&self) -> &[Lanes] {
+        &self.entries
+    }
+
+    #[inline(always)]
+    pub(crate) fn entries_mut(&mut self) -> &mut [Lanes] {
+        &mut self.entries
     }
 
     /// `self = a b` with a constant matrix `a`, in column-major order.

@@ -19,6 +19,7 @@ pub(crate) mod graded_singular_values;
 pub(crate) mod gram_factors;
 pub mod jet;
 pub(crate) mod jet_exp;
+pub(crate) mod lane_jet;
 pub(crate) mod lane_matrix;
 pub(crate) mod lanes;
 pub mod lyapunov;

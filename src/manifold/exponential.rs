@@ -11,7 +11,7 @@ use faer::{Mat, MatRef};
 
 use super::metric::Metric;
 use super::normal_frame::{normal_frame, normal_rank};
-use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
+use super::stiefel::{POINT_TOLERANCE, Stiefel};
 use crate::error::Result;
 use crate::linalg::SkewExp;
 use crate::linalg::jet::{Jet, ORDER};

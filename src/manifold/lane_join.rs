@@ -22,27 +22,21 @@
 
 use std::f64::consts::PI;
 
-use faer::Mat;
-
-use crate::linalg::lane_matrix::{
-    LaneMatrix, determinant_signs, diagonalise, dot, orthogonalise_columns,
-};
+use super::lane_principal::LanePrincipal;
+use crate::linalg::lane_matrix::{LaneMatrix, diagonalise, dot};
 use crate::linalg::lanes::{LANES, Lanes, Mask};
 
 /// Lanes with a smaller cosine are recomputed by the caller: the functions above lose accuracy as `1 / sin(theta)^2`.
-const LOWEST_COSINE: f64 = -0.9;
-
-/// Magnitude of a principal cosine below which its direction is too inaccurate in the Jacobi factorisation.
-const SMALL_COSINE: f64 = 0.02;
+pub(super) const LOWEST_COSINE: f64 = -0.9;
 
 /// Smallest sum of the two smallest cosines for which the polar factor is sufficiently well determined.
-const DETERMINED: f64 = 0.1;
+pub(super) const DETERMINED: f64 = 0.1;
 
 /// For k = 2 the rotation angle is accurate up to pi itself, and only its sign needs a margin.
 const NEAR_PI: f64 = PI - 1e-10;
 
 /// Replaces zero in quotients of small numbers that have a limit.
-const TINY: f64 = 1e-150;
+pub(super) const TINY: f64 = 1e-150;
 
 /// Distance of a stage from the edge of its domain.
 #[derive(Debug, Clone, Copy)]
@@ -61,7 +55,7 @@ impl Margin {
     };
 
     #[inline(always)]
-    fn see(&mut self, least: Lanes, hard: Mask) {
+    pub(super) fn see(&mut self, least: Lanes, hard: Mask) {
         self.least = self.least.min(least);
         for l in 0..LANES {
             self.hard[l] |= hard.0[l];
@@ -185,34 +179,26 @@ fn mixture(a: Lanes, cos: Lanes, sin: Lanes, b: Lanes, f: Lanes, g: Lanes) -> [[
 }
 
 struct General {
+    principal: LanePrincipal,
     gram: LaneMatrix,
-    u: LaneMatrix,
-    z: LaneMatrix,
-    rotation: LaneMatrix,
     symmetric: LaneMatrix,
     vectors: LaneMatrix,
     power: LaneMatrix,
     work: LaneMatrix,
     point: LaneMatrix,
-    cosines: Vec<Lanes>,
-    single: Mat<f64>,
 }
 
 impl General {
     fn new(rows: usize, k: usize) -> Self {
         let square = || LaneMatrix::zeros(k, k);
         General {
+            principal: LanePrincipal::new(k),
             gram: square(),
-            u: square(),
-            z: square(),
-            rotation: square(),
             symmetric: square(),
             vectors: square(),
             power: square(),
             work: square(),
             point: LaneMatrix::zeros(rows, k),
-            cosines: vec![Lanes::ZERO; k],
-            single: Mat::zeros(k, k),
         }
     }
 
@@ -226,106 +212,37 @@ impl General {
         margin: &mut Margin,
     ) {
         let k = s0.cols();
-        self.gram.set_product_tn(s0, s1);
-        self.polar(rows, margin);
+        self.principal.gram.set_product_tn(s0, s1);
+        self.principal.factor(rows, margin);
         if k == 3 {
             self.power_in_space(t, margin);
         } else {
             self.power_by_jacobi(t, margin);
         }
         // S0 (U a G) + S1 (Z b G) with G = U^T R^t.
-        self.work.set_product_tn(&self.u, &self.power);
-        for i in 0..k {
-            let (cos, b) = turn(self.cosines[i], t);
-            let a = cos - self.cosines[i] * b;
-            for x in self.u.col_mut(i) {
+        let LanePrincipal { u, z, cosines, .. } = &mut self.principal;
+        self.work.set_product_tn(u, &self.power);
+        for (i, &cosine) in cosines.iter().enumerate() {
+            let (cos, b) = turn(cosine, t);
+            let a = cos - cosine * b;
+            for x in u.col_mut(i) {
                 *x = *x * a;
             }
-            for x in self.z.col_mut(i) {
+            for x in z.col_mut(i) {
                 *x = *x * b;
             }
         }
-        self.gram.set_product(&self.u, &self.work);
+        self.gram.set_product(u, &self.work);
         self.point.set_product(s0, &self.gram);
-        self.gram.set_product(&self.z, &self.work);
+        self.gram.set_product(z, &self.work);
         self.point.add_product(s1, &self.gram);
         s0.copy_from(&self.point);
-    }
-
-    /// `gram = U diag(c) Z^T` with `det(U Z^T) = 1`, and the rotation `U Z^T`.
-    #[inline(always)]
-    fn polar(&mut self, rows: usize, margin: &mut Margin) {
-        let k = self.cosines.len();
-        self.u.copy_from(&self.gram);
-        let converged = orthogonalise_columns(&mut self.u, &mut self.z);
-        let mut smallest = [Lanes::splat(2.0); 2];
-        for i in 0..k {
-            let column = self.u.col_mut(i);
-            let cosine = dot(column, column).sqrt();
-            let inverse = Lanes::ONE / cosine.max(Lanes::splat(TINY));
-            for x in column {
-                *x = *x * inverse;
-            }
-            self.cosines[i] = cosine;
-            smallest = [
-                smallest[0].min(cosine),
-                smallest[1].min(smallest[0].max(cosine)),
-            ];
-        }
-        let mut hard = Lanes::splat(SMALL_COSINE).greater(smallest[0]);
-        let signs = self.signs();
-        for lane in (0..LANES).filter(|&lane| signs[lane] < 0.0) {
-            hard.0[lane] |= rows == k;
-            self.change_branch(lane);
-            smallest[0].0[lane] = -smallest[0].0[lane];
-        }
-        self.rotation.set_product_nt(&self.u, &self.z);
-        let least = (Lanes::ONE + smallest[0]).min(if rows == k {
-            Lanes::splat(2.0)
-        } else {
-            smallest[0] + smallest[1]
-        });
-        margin.see(least, hard);
-        margin.see(least, Lanes::splat(LOWEST_COSINE).greater(smallest[0]));
-        margin.see(least, Lanes::splat(DETERMINED).greater(least));
-        margin.see(least, Mask([!converged; LANES]));
-    }
-
-    /// Signs of `det(gram)`, which are also those of `det(U Z^T)`.
-    fn signs(&mut self) -> [f64; LANES] {
-        let k = self.cosines.len();
-        let mut distance = Lanes::ZERO;
-        for j in 0..k {
-            for i in 0..k {
-                let gap = self.gram.at(i, j) - if i == j { Lanes::ONE } else { Lanes::ZERO };
-                distance += gap * gap;
-            }
-        }
-        // |M - I| < 1: every matrix on the way to the identity is regular.
-        if !distance.greater(Lanes::splat(0.99)).any() {
-            return [1.0; LANES];
-        }
-        determinant_signs(&self.gram, &mut self.single)
-    }
-
-    /// Changes the sign of one lane's smallest cosine and of its left vector.
-    fn change_branch(&mut self, lane: usize) {
-        let mut smallest = 0;
-        for i in 1..self.cosines.len() {
-            if self.cosines[i].0[lane] < self.cosines[smallest].0[lane] {
-                smallest = i;
-            }
-        }
-        self.cosines[smallest].0[lane] *= -1.0;
-        for x in self.u.col_mut(smallest) {
-            x.0[lane] *= -1.0;
-        }
     }
 
     /// `R^t = I + sin(t theta) u + (1 - cos(t theta)) u^2` with the unit axis `u` of `R`.
     #[inline(always)]
     fn power_in_space(&mut self, t: Lanes, margin: &mut Margin) {
-        let r = |i: usize, j: usize| self.rotation.at(i, j);
+        let r = |i: usize, j: usize| self.principal.rotation.at(i, j);
         let half = Lanes::splat(0.5);
         let w = [
             (r(2, 1) - r(1, 2)) * half,
@@ -365,11 +282,12 @@ impl General {
     /// `R^t = T_t(C) + K w_t(C)`: functions of the symmetric part only, so the rotation planes need not be separated.
     #[inline(always)]
     fn power_by_jacobi(&mut self, t: Lanes, margin: &mut Margin) {
-        let k = self.cosines.len();
+        let k = self.symmetric.cols();
         let half = Lanes::splat(0.5);
         for j in 0..k {
             for i in 0..k {
-                let mean = (self.rotation.at(i, j) + self.rotation.at(j, i)) * half;
+                let mean =
+                    (self.principal.rotation.at(i, j) + self.principal.rotation.at(j, i)) * half;
                 self.symmetric.set(i, j, mean);
             }
         }
@@ -389,7 +307,8 @@ impl General {
         self.symmetric.set_product_nt(&self.gram, &self.vectors);
         for j in 0..k {
             for i in 0..k {
-                let skew = (self.rotation.at(i, j) - self.rotation.at(j, i)) * half;
+                let skew =
+                    (self.principal.rotation.at(i, j) - self.principal.rotation.at(j, i)) * half;
                 self.work.set(i, j, skew);
             }
         }

@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::linalg::SkewSchur;
+use crate::linalg::lane_jet::LaneJet;
 use crate::linalg::lane_matrix::LaneMatrix;
 use crate::linalg::lanes::Lanes;
 use crate::manifold::QuasiGeodesic;
@@ -24,14 +25,19 @@ pub(crate) struct LaneLeg {
 /// Buffers for legs of one `k`.
 pub(crate) struct LaneLegWork {
     turned: LaneMatrix,
-    coordinates: LaneMatrix,
+    coordinates: LaneJet,
+    /// Taylor coefficients of `W^T V e^{tD}` and of `W^T V e^{tD} V^T`.
+    moved: LaneJet,
+    turning: LaneJet,
 }
 
 impl LaneLegWork {
     pub(crate) fn new(k: usize) -> Self {
         LaneLegWork {
             turned: LaneMatrix::zeros(k, k),
-            coordinates: LaneMatrix::zeros(2 * k, k),
+            coordinates: LaneJet::zeros(2 * k, k),
+            moved: LaneJet::zeros(k, k),
+            turning: LaneJet::zeros(k, k),
         }
     }
 }
@@ -77,11 +83,91 @@ impl LaneLeg {
                 } else {
                     self.turned_entry(&work.turned, i, j)
                 };
-                work.coordinates.set(i, j, g * cos);
-                work.coordinates.set(k + i, j, g * sin);
+                work.coordinates.c[0].set(i, j, g * cos);
+                work.coordinates.c[0].set(k + i, j, g * sin);
             }
         }
-        out.set_constant_product(&self.frame, &work.coordinates);
+        out.set_constant_product(&self.frame, &work.coordinates.c[0]);
+    }
+
+    /// Computes Taylor coefficients, shape `(r, k)`.
+    #[inline(always)]
+    pub(crate) fn jets_into(
+        &self,
+        t: Lanes,
+        order: usize,
+        work: &mut LaneLegWork,
+        out: &mut LaneJet,
+    ) {
+        let k = self.k;
+        self.turn_jets(t, order, work);
+        for i in 0..k {
+            let theta = self.angles[i];
+            let (sin, cos) = (t * theta).sin_cos();
+            for j in 0..=order {
+                for l in 0..k {
+                    let (mut upper, mut lower, mut factor) = (Lanes::ZERO, Lanes::ZERO, 1.0);
+                    for a in 0..=j {
+                        // The a-th Taylor coefficients of cos(t theta) and sin(t theta).
+                        let (c, s) = match a {
+                            0 => (cos, sin),
+                            1 => (-sin, cos),
+                            2 => (-cos, -sin),
+                            _ => (sin, -cos),
+                        };
+                        let g = work.turning.c[j - a].at(i, l) * factor;
+                        upper += g * c;
+                        lower += g * s;
+                        factor *= theta / (a + 1) as f64;
+                    }
+                    work.coordinates.c[j].set(i, l, upper);
+                    work.coordinates.c[j].set(k + i, l, lower);
+                }
+            }
+        }
+        for j in 0..=order {
+            out.c[j].set_constant_product(&self.frame, &work.coordinates.c[j]);
+        }
+    }
+
+    /// Taylor coefficients of `W^T V e^{tD} V^T`.
+    #[inline(always)]
+    fn turn_jets(&self, t: Lanes, order: usize, work: &mut LaneLegWork) {
+        let k = self.k;
+        self.turn(t, work);
+        for j in 0..=order {
+            for (l, &angle) in self.turns.iter().enumerate() {
+                let factor = angle.powi(j as i32) / [1.0, 1.0, 2.0, 6.0][j];
+                for i in 0..k {
+                    let (f, g) = (work.turned.at(i, 2 * l), work.turned.at(i, 2 * l + 1));
+                    // Each derivative maps (f, g) to angle (g, -f).
+                    let (f, g) = match j {
+                        0 => (f, g),
+                        1 => (g, -f),
+                        2 => (-f, -g),
+                        _ => (-g, f),
+                    };
+                    work.moved.c[j].set(i, 2 * l, f * factor);
+                    work.moved.c[j].set(i, 2 * l + 1, g * factor);
+                }
+            }
+            if k % 2 == 1 {
+                for i in 0..k {
+                    let fixed = if j == 0 {
+                        self.right[(k - 1) * k + i]
+                    } else {
+                        0.0
+                    };
+                    work.moved.c[j].set(i, k - 1, Lanes::splat(fixed));
+                }
+            }
+            for i in 0..k {
+                for l in 0..k {
+                    let entry = self.turned_entry(&work.moved.c[j], i, l);
+                    work.turning.c[j].set(i, l, entry);
+                }
+            }
+        }
     }
 
     /// `W^T V e^{tD}`.

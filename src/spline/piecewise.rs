@@ -10,7 +10,8 @@ use crate::curve::{Curve, DerivativeBounds, Quantity, Samples};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
-use crate::linalg::product::mul_into;
+use crate::linalg::lanes::LANES;
+use crate::linalg::product::{mul_into, scale};
 use crate::space::Quotient;
 
 /// Consecutive curves on `[0, 1]`, each traversed between two knots.
@@ -138,6 +139,48 @@ impl<C: Curve> Piecewise<C> {
         (self.snapped(t) - self.knots[piece]) / self.length(piece)
     }
 
+    /// Writes Taylor coefficients of one piece with respect to the time of the whole curve.
+    fn jets_of_piece(
+        &self,
+        which: usize,
+        t: &[f64],
+        order: usize,
+        work: &mut Workspace<C::Workspace>,
+        out: &mut [Jet],
+    ) -> Result<()> {
+        let (piece, k) = (&self.pieces[which], self.k());
+        let rows = piece.frame().map_or(self.n(), |frame| frame.ncols());
+        let (_, inner, jets) = match &mut work.last {
+            Some(last) if last.0 == which => last,
+            last => last.insert((which, piece.workspace(), Vec::new())),
+        };
+        for (t, out) in t.chunks(LANES).zip(out.chunks_mut(LANES)) {
+            if jets.len() < t.len() {
+                jets.resize_with(t.len(), || Jet::zeros(rows, k));
+            }
+            let mut local = [0.0; LANES];
+            for (local, t) in local.iter_mut().zip(t) {
+                *local = self.local(which, *t);
+            }
+            let jets = &mut jets[..t.len()];
+            piece.jets_into(&local[..t.len()], order, inner, jets)?;
+            let rate = 1.0 / self.length(which);
+            for (out, jet) in out.iter_mut().zip(jets) {
+                for (j, (to, from)) in out.c.iter_mut().zip(&jet.c).take(order + 1).enumerate() {
+                    let factor = rate.powi(j as i32);
+                    match piece.frame() {
+                        Some(frame) => mul_into(to, factor, frame, from),
+                        None => {
+                            to.copy_from(from);
+                            scale(to, factor);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Maximal runs of parameters in one piece: piece, first parameter, one past the last.
     pub(super) fn runs(&self, t: &[f64]) -> Result<Vec<(usize, usize, usize)>> {
         let mut runs: Vec<(usize, usize, usize)> = Vec::new();
@@ -203,7 +246,7 @@ fn slow_down(values: &mut [f64], length: f64, order: usize) -> Result<()> {
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 pub struct Workspace<W> {
-    last: Option<(usize, W, Jet)>,
+    last: Option<(usize, W, Vec<Jet>)>,
 }
 
 impl<C: Curve> Curve for Piecewise<C> {
@@ -248,23 +291,24 @@ impl<C: Curve> Curve for Piecewise<C> {
         work: &mut Self::Workspace,
         out: &mut Jet,
     ) -> Result<()> {
-        let which = self.find(t)?;
-        let (piece, k) = (&self.pieces[which], self.k());
-        if work.last.as_ref().is_none_or(|(last, ..)| *last != which) {
-            let rows = piece.frame().map_or(self.n(), |frame| frame.ncols());
-            work.last = Some((which, piece.workspace(), Jet::zeros(rows, k)));
-        }
-        let (_, inner, jet) = work.last.as_mut().expect("set above");
-        piece.coordinates_into(self.local(which, t), order, inner, jet)?;
-        let rate = 1.0 / self.length(which);
-        for (j, (to, from)) in out.c.iter_mut().zip(&jet.c).take(order + 1).enumerate() {
-            let factor = rate.powi(j as i32);
-            match piece.frame() {
-                Some(frame) => mul_into(to, factor, frame, from),
-                None => {
-                    faer::zip!(to, from).for_each(|faer::unzip!(to, from)| *to = factor * *from)
-                }
-            }
+        self.jets_into(&[t], order, work, std::slice::from_mut(out))
+    }
+
+    fn jets_into(
+        &self,
+        t: &[f64],
+        order: usize,
+        work: &mut Self::Workspace,
+        out: &mut [Jet],
+    ) -> Result<()> {
+        let (mut t, mut out) = (t, out);
+        while let Some(&first) = t.first() {
+            let piece = self.find(first)?;
+            let same = |t: &&f64| self.find(**t).is_ok_and(|other| other == piece);
+            let (run, others) = t.split_at(t.iter().take_while(same).count());
+            let (target, rest) = out.split_at_mut(run.len());
+            self.jets_of_piece(piece, run, order, work, target)?;
+            (t, out) = (others, rest);
         }
         Ok(())
     }

@@ -1,0 +1,135 @@
+//! Norms of the covariant derivatives of a curve at many parameters.
+
+use super::curve::{Curve, coordinate_shape};
+use crate::error::{Error, Result};
+use crate::linalg::jet::Jet;
+use crate::linalg::lanes::LANES;
+use crate::manifold::lane_covariant::{FEW_COLUMNS, LaneCovariant};
+use crate::manifold::tangent::tangent_part;
+use crate::manifold::{Stiefel, covariant};
+use crate::space::Quotient;
+
+/// Range of squares that neither overflow nor lose digits; the others are computed in scaled form.
+const SAFE: std::ops::RangeInclusive<f64> = 1e-280..=1e280;
+
+/// Evaluation of one curve, with buffers allocated once.
+pub(super) struct Norms<'a, C: Curve + ?Sized> {
+    curve: &'a C,
+    /// The name of the result in errors.
+    quantity: &'static str,
+    manifold: Stiefel,
+    work: C::Workspace,
+    jets: Vec<Jet>,
+    lanes: Option<LaneCovariant>,
+}
+
+/// The norms at one parameter.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Norm {
+    /// Canonical norms of velocity, covariant acceleration and covariant jerk.
+    pub(super) covariant: [f64; 3],
+    /// Frobenius norm of the ambient second derivative.
+    pub(super) ambient: f64,
+}
+
+impl<'a, C: Curve + ?Sized> Norms<'a, C> {
+    pub(super) fn new(curve: &'a C, quantity: &'static str) -> Result<Self> {
+        let [rows, k] = coordinate_shape(curve);
+        Ok(Norms {
+            curve,
+            quantity,
+            manifold: Stiefel::new(rows.max(k), k)?,
+            work: curve.workspace(),
+            jets: (0..LANES).map(|_| Jet::zeros(rows, k)).collect(),
+            lanes: (k <= FEW_COLUMNS).then(|| LaneCovariant::new(rows, k)),
+        })
+    }
+
+    /// Writes the norms up to an order from 1 (the velocity alone) to 3; higher ones are zero.
+    ///
+    /// # Errors
+    /// `Overflow`, and an error if the curve does not exist at one of the parameters.
+    pub(super) fn read(&mut self, t: &[f64], order: usize, out: &mut [Norm]) -> Result<()> {
+        for (t, out) in t.chunks(LANES).zip(out.chunks_mut(LANES)) {
+            let jets = &mut self.jets[..t.len()];
+            self.curve.jets_into(t, order, &mut self.work, jets)?;
+            let mut single = [true; LANES];
+            if let Some(lanes) = &mut self.lanes {
+                for (lane, jet) in jets.iter().enumerate() {
+                    for (j, c) in jet.c[..=order].iter().enumerate() {
+                        lanes.set(lane, j, c.as_ref());
+                    }
+                }
+                let subspaces = self.curve.quotient() == Quotient::Subspaces;
+                let squares = lanes.squared_norms(order, subspaces);
+                for (lane, out) in out.iter_mut().enumerate() {
+                    let found = squares.map(|square| square.0[lane]);
+                    single[lane] = !found.iter().all(|x| *x == 0.0 || SAFE.contains(x));
+                    let [velocity, acceleration, jerk, ambient] = found.map(f64::sqrt);
+                    *out = Norm {
+                        covariant: [velocity, acceleration, jerk],
+                        ambient,
+                    };
+                }
+            }
+            for ((lane, jet), out) in self.jets[..t.len()].iter().enumerate().zip(out) {
+                if single[lane] {
+                    *out = self.single(jet, order)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the velocity's norms.
+    ///
+    /// # Errors
+    /// As [`Norms::read`].
+    pub(super) fn speeds(&mut self, t: &[f64], out: &mut [f64]) -> Result<()> {
+        let mut found = [Norm::default(); LANES];
+        for (t, out) in t.chunks(LANES).zip(out.chunks_mut(LANES)) {
+            self.read(t, 1, &mut found[..t.len()])?;
+            for (out, norm) in out.iter_mut().zip(&found) {
+                *out = norm.covariant[0];
+            }
+        }
+        Ok(())
+    }
+
+    /// The velocity's norm at one parameter.
+    ///
+    /// # Errors
+    /// As [`Norms::read`].
+    pub(super) fn speed(&mut self, t: f64) -> Result<f64> {
+        let mut out = [0.0];
+        self.speeds(&[t], &mut out)?;
+        Ok(out[0])
+    }
+
+    fn single(&self, jet: &Jet, order: usize) -> Result<Norm> {
+        let s = jet.c[0].as_ref();
+        let length = |vector| self.manifold.norm_along(self.quantity, s, vector);
+        let mut out = Norm::default();
+        out.covariant[0] = length(jet.c[1].as_ref())?;
+        if order > 1 {
+            let second = &jet.c[2] * faer::Scale(2.0);
+            let a = covariant::acceleration(s, jet.c[1].as_ref(), second.as_ref());
+            out.covariant[1] = length(a.as_ref())?;
+            out.ambient = second.norm_l2();
+            if order > 2 {
+                let third = &jet.c[3] * faer::Scale(6.0);
+                let jerk = covariant::jerk(s, jet.c[1].as_ref(), second.as_ref(), third.as_ref());
+                out.covariant[2] = match self.curve.quotient() {
+                    Quotient::Frames => length(jerk.as_ref())?,
+                    quotient => length(tangent_part(quotient, s, jerk.as_ref()).as_ref())?,
+                };
+            }
+        }
+        if out.ambient.is_finite() {
+            return Ok(out);
+        }
+        Err(Error::Overflow {
+            quantity: self.quantity,
+        })
+    }
+}
