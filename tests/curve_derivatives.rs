@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use common::*;
 use faer::{Mat, Scale, mat};
 use stiefel_rs::linalg::jet::Jet;
-use stiefel_rs::manifold::covariant::christoffel;
+use stiefel_rs::manifold::covariant::{acceleration, christoffel, jerk};
 use stiefel_rs::{Curve, GeometricCubic, GeometricPolynomial, QuasiGeodesic, Stiefel};
 
 const TIMES: [f64; 6] = [0.0, 0.1, 0.37, 0.5, 0.8, 1.0];
@@ -339,13 +339,7 @@ fn cost_of_a_nearly_geodesic_curve_converges() {
 fn special_control_points(n: usize, k: usize, rng: &mut Rng) -> Vec<[Mat<f64>; 4]> {
     let start = random_point(n, k, rng);
     let coordinates = Mat::from_fn(n, k, |i, j| f64::from(u8::from(i == j)));
-    let near = |s: &Mat<f64>, size: f64, rng: &mut Rng| {
-        let v = random_tangent(s, size, rng);
-        QuasiGeodesic::from_velocity(s.as_ref(), v.as_ref())
-            .unwrap()
-            .point(1.0)
-            .unwrap()
-    };
+    let near = |s: &Mat<f64>, size: f64, rng: &mut Rng| retract(s, &random_tangent(s, size, rng));
     let turned = {
         // The first two coordinates are rotated, all others stay.
         let (sin, cos) = 0.8_f64.sin_cos();
@@ -357,7 +351,7 @@ fn special_control_points(n: usize, k: usize, rng: &mut Rng) -> Vec<[Mat<f64>; 4
         turned
     };
     let mut all = Vec::new();
-    for size in [1e-9, 0.3, 1.0] {
+    for size in [1e-9, 0.3, 1.0, 1.9, 2.7] {
         let second = near(&start, size, rng);
         let third = near(&second, size, rng);
         let last = near(&third, size, rng);
@@ -371,7 +365,7 @@ fn special_control_points(n: usize, k: usize, rng: &mut Rng) -> Vec<[Mat<f64>; 4
 
 #[test]
 fn derivatives_at_many_parameters_are_those_at_one() {
-    let mut rng = Rng::new(733);
+    let (mut rng, mut refused) = (Rng::new(733), 0);
     for (n, k) in [
         (2, 1),
         (3, 1),
@@ -385,10 +379,17 @@ fn derivatives_at_many_parameters_are_those_at_one() {
         (12, 5),
     ] {
         for points in special_control_points(n, k, &mut rng) {
-            let curve = GeometricPolynomial::try_from(&points[..]).unwrap();
-            let t: Vec<f64> = (0..=20)
-                .map(|i| f64::from(i) / 20.0)
-                .chain([-0.4, 1.3])
+            // Some of the widest ones jump.
+            let Ok(curve) = GeometricPolynomial::try_from(&points[..]) else {
+                refused += 1;
+                continue;
+            };
+            // Outside on one side in the first block of eight, on the other in the last.
+            let inside = (0..=20).map(|i| f64::from(i) / 20.0);
+            let t: Vec<f64> = [-1.2, -0.4]
+                .into_iter()
+                .chain(inside)
+                .chain([1.3])
                 .collect();
             let rows = curve.frame().map_or(n, |frame| frame.ncols());
             for order in 1..=3 {
@@ -411,6 +412,35 @@ fn derivatives_at_many_parameters_are_those_at_one() {
                     }
                 }
             }
+        }
+    }
+    assert!(refused <= 15, "{refused} refused");
+}
+
+#[test]
+fn covariant_derivatives_of_many_columns_and_of_few_are_those_of_the_formulas() {
+    let mut rng = Rng::new(739);
+    for (n, k) in [(3, 1), (4, 2), (3, 3), (7, 3), (9, 6), (16, 7)] {
+        let curve = Boundary::random((n, k), 0.9, 1.2, &mut rng).curve();
+        for t in TIMES {
+            let d: Vec<Mat<f64>> = (0..4).map(|nu| curve.derivative(t, nu).unwrap()).collect();
+            let [s, v, a, b] = [0, 1, 2, 3].map(|nu| d[nu].as_ref());
+            let size = d.iter().fold(1.0, |m: f64, x| m.max(frobenius(x.as_ref())));
+            let exact = [acceleration(s, v, a), jerk(s, v, a, b)];
+            let found = [curve.acceleration(t).unwrap(), curve.jerk(t).unwrap()];
+            for (exact, found) in exact.iter().zip(&found) {
+                let place = format!("({n}, {k}) at {t}");
+                assert_close(found, exact, 1e-14 * size.powi(3), &place);
+            }
+            let manifold = Stiefel::new(n, k).unwrap();
+            let largest = curve.derivative_bounds().unwrap();
+            let speed = manifold.norm(s, v).unwrap();
+            assert!(
+                speed <= largest.velocity * (1.0 + 1e-9),
+                "({n}, {k}) at {t}"
+            );
+            let rate = manifold.norm(s, exact[1].as_ref()).unwrap();
+            assert!(rate <= largest.jerk * (1.0 + 1e-9), "({n}, {k}) at {t}");
         }
     }
 }

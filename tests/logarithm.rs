@@ -345,7 +345,6 @@ fn far_pairs_give_a_short_geodesic_or_an_error() {
     }
 }
 
-/// Points that are only orthonormal up to the tolerance of the input.
 #[test]
 fn geodesics_beyond_the_bound_that_turn_little_are_found_both_ways() {
     let mut rng = Rng::new(241);
@@ -369,6 +368,7 @@ fn geodesics_beyond_the_bound_that_turn_little_are_found_both_ways() {
     }
 }
 
+/// Points that are only orthonormal up to the tolerance of the input.
 #[test]
 fn slightly_defective_points_are_joined() {
     let mut rng = Rng::new(38);

@@ -14,9 +14,6 @@ use crate::linalg::jet::Jet;
 use crate::linalg::lanes::LANES;
 use crate::space::Quotient;
 
-/// Number of parameters whose Taylor coefficients are computed at once.
-const ABREAST: usize = LANES;
-
 /// A smooth curve on `St(n, k)`.
 ///
 /// An implementation provides its coordinates in a frame; all other methods have defaults.
@@ -364,13 +361,13 @@ fn reader<C: Curve + ?Sized>(
             return curve.positions_into(t, &mut work, &mut jet, out);
         }
         let (rows, k) = (out.nrows(), curve.k());
-        if jets.len() < t.len().min(ABREAST) {
-            jets.resize_with(t.len().min(ABREAST), || Jet::zeros(rows, k));
+        if jets.len() < t.len().min(LANES) {
+            jets.resize_with(t.len().min(LANES), || Jet::zeros(rows, k));
         }
-        for (block, t) in t.chunks(ABREAST).enumerate() {
+        for (block, t) in t.chunks(LANES).enumerate() {
             let jets = &mut jets[..t.len()];
             curve.jets_into(t, quantity.order(), &mut work, jets)?;
-            let out = out.rb_mut().subcols_mut(ABREAST * block * k, k * t.len());
+            let out = out.rb_mut().subcols_mut(LANES * block * k, k * t.len());
             quantity.read_into(curve.quotient(), jets, &mut covariant, out);
         }
         Ok(())

@@ -12,9 +12,9 @@ const SAMPLES: usize = 32;
 /// Number of samples per refinement, on the two intervals next to a largest sample: those that are computed at once.
 const FINER: usize = LANES;
 
-/// Number of refinements; each reduces the interval to 2/7, so that after eight the maximum of a smooth function is
-/// known to `1e-10`.
-const ROUNDS: usize = 8;
+/// Number of refinements; each reduces the interval to 2/7, so that after nine the maximum of a function that is smooth
+/// between samples is known to about `1e-10`.
+const ROUNDS: usize = 9;
 
 /// Number of local maxima that are refined.
 const CANDIDATES: usize = 3;
@@ -134,6 +134,8 @@ pub(super) fn sampled_bounds<C: Curve + ?Sized>(
     for pair in curve.breakpoints().windows(2) {
         let samples = sample(&mut norms, 3, [pair[0], pair[1]], SAMPLES, interrupt)?;
         for which in 0..3 {
+            let values = samples.iter().map(|(_, values)| values[which]);
+            largest[which] = values.fold(largest[which], f64::max);
             for (low, high) in peaks(&samples, which) {
                 let peak = refined(&mut norms, low, high, which, interrupt)?;
                 largest[which] = largest[which].max(peak);

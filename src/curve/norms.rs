@@ -1,16 +1,16 @@
 //! Norms of the covariant derivatives of a curve at many parameters.
 
+use faer::MatRef;
+
 use super::curve::{Curve, coordinate_shape};
-use crate::error::{Error, Result};
+use super::quantity::Quantity;
+use crate::error::Result;
 use crate::linalg::jet::Jet;
 use crate::linalg::lanes::LANES;
+use crate::linalg::structure::SAFE_SQUARES;
+use crate::manifold::Stiefel;
 use crate::manifold::lane_covariant::{FEW_COLUMNS, LaneCovariant};
-use crate::manifold::tangent::tangent_part;
-use crate::manifold::{Stiefel, covariant};
 use crate::space::Quotient;
-
-/// Range of squares that neither overflow nor lose digits; the others are computed in scaled form.
-const SAFE: std::ops::RangeInclusive<f64> = 1e-280..=1e280;
 
 /// Evaluation of one curve, with buffers allocated once.
 pub(super) struct Norms<'a, C: Curve + ?Sized> {
@@ -55,16 +55,13 @@ impl<'a, C: Curve + ?Sized> Norms<'a, C> {
             self.curve.jets_into(t, order, &mut self.work, jets)?;
             let mut single = [true; LANES];
             if let Some(lanes) = &mut self.lanes {
-                for (lane, jet) in jets.iter().enumerate() {
-                    for (j, c) in jet.c[..=order].iter().enumerate() {
-                        lanes.set(lane, j, c.as_ref());
-                    }
-                }
+                lanes.read(jets, order);
                 let subspaces = self.curve.quotient() == Quotient::Subspaces;
                 let squares = lanes.squared_norms(order, subspaces);
                 for (lane, out) in out.iter_mut().enumerate() {
                     let found = squares.map(|square| square.0[lane]);
-                    single[lane] = !found.iter().all(|x| *x == 0.0 || SAFE.contains(x));
+                    // Squares that overflow or lose digits are computed anew, in scaled form.
+                    single[lane] = !found.iter().all(|x| *x == 0.0 || SAFE_SQUARES.contains(x));
                     let [velocity, acceleration, jerk, ambient] = found.map(f64::sqrt);
                     *out = Norm {
                         covariant: [velocity, acceleration, jerk],
@@ -108,28 +105,18 @@ impl<'a, C: Curve + ?Sized> Norms<'a, C> {
 
     fn single(&self, jet: &Jet, order: usize) -> Result<Norm> {
         let s = jet.c[0].as_ref();
-        let length = |vector| self.manifold.norm_along(self.quantity, s, vector);
+        let length = |vector: MatRef<'_, f64>| self.manifold.norm_along(self.quantity, s, vector);
+        let covariant =
+            |quantity: Quantity| length(quantity.single(self.curve.quotient(), jet).as_ref());
         let mut out = Norm::default();
         out.covariant[0] = length(jet.c[1].as_ref())?;
         if order > 1 {
-            let second = &jet.c[2] * faer::Scale(2.0);
-            let a = covariant::acceleration(s, jet.c[1].as_ref(), second.as_ref());
-            out.covariant[1] = length(a.as_ref())?;
-            out.ambient = second.norm_l2();
-            if order > 2 {
-                let third = &jet.c[3] * faer::Scale(6.0);
-                let jerk = covariant::jerk(s, jet.c[1].as_ref(), second.as_ref(), third.as_ref());
-                out.covariant[2] = match self.curve.quotient() {
-                    Quotient::Frames => length(jerk.as_ref())?,
-                    quotient => length(tangent_part(quotient, s, jerk.as_ref()).as_ref())?,
-                };
-            }
+            out.covariant[1] = covariant(Quantity::Acceleration)?;
+            out.ambient = 2.0 * jet.c[2].norm_l2();
         }
-        if out.ambient.is_finite() {
-            return Ok(out);
+        if order > 2 {
+            out.covariant[2] = covariant(Quantity::Jerk)?;
         }
-        Err(Error::Overflow {
-            quantity: self.quantity,
-        })
+        Ok(out)
     }
 }

@@ -69,11 +69,7 @@ impl Quantity {
             return;
         }
         let work = work.get_or_insert_with(|| Box::new(LaneCovariant::new(rows, k)));
-        for (lane, jet) in jets.iter().enumerate() {
-            for (order, c) in jet.c[..=self.order()].iter().enumerate() {
-                work.set(lane, order, c.as_ref());
-            }
-        }
+        work.read(jets, self.order());
         let found = match self {
             Quantity::Jerk => work.jerk(),
             _ => work.acceleration(),
@@ -90,7 +86,7 @@ impl Quantity {
     }
 
     /// A covariant quantity at one parameter.
-    fn single(self, quotient: Quotient, jet: &Jet) -> Mat<f64> {
+    pub(super) fn single(self, quotient: Quotient, jet: &Jet) -> Mat<f64> {
         let c = |j: usize| jet.c[j].as_ref();
         let second = &jet.c[2] * Scale(2.0);
         if self != Quantity::Jerk {

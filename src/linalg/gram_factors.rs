@@ -7,25 +7,29 @@
 //! Cholesky: Yamamoto, Nakatsukasa, Yanagisawa, Fukaya (2015), "Roundoff error analysis of the CholeskyQR2 algorithm",
 //! ETNA 44, 306-326. Inverse square root: Higham (2008), "Functions of Matrices", section 6.3 (Newton-Schulz).
 
+use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatMut, MatRef, Par, Side};
 
 use super::product::{mul_add, mul_into};
 use super::structure::{gram, norm};
 
-/// Distance of the scaled Gram matrix from the identity up to which the inverse square root is computed by iteration:
-/// the condition number is at most 3, so that the result is orthonormal to a few units of round-off, in five steps.
+/// Distance of the scaled Gram matrix from the identity up to which the inverse square root is computed by iteration: the
+/// condition number is at most 3, so that the result is orthonormal to a few units of round-off. The iteration is stable
+/// up to 9.
 const NEAR_IDENTITY: f64 = 0.5;
 
-/// Steps of the iteration from a residual of [`NEAR_IDENTITY`]: the residual `e` becomes at most `3/4 e^2`.
+/// Steps of the iteration from a residual of [`NEAR_IDENTITY`], of which six are needed: the residual `e` becomes at most
+/// `e^2`.
 const STEPS: usize = 7;
 
 /// `A = Q R` by Cholesky's factorisation of `A^T A`.
 pub(crate) struct CholeskyQr {
     /// Lower triangular, `R^T`.
     lower: Mat<f64>,
-    /// Ratio of the smallest to the largest squared pivot: the orthonormality defect of `Q` is about `eps / ratio`.
-    pub(crate) ratio: f64,
+    /// `(k / (|R|_F |R^{-1}|_F))^2`, at most 1: the orthonormality defect of `Q` is about `eps` divided by this. The ratio
+    /// of the pivots says nothing of the condition of matrices like Kahan's.
+    pub(crate) conditioning: f64,
 }
 
 impl CholeskyQr {
@@ -33,13 +37,16 @@ impl CholeskyQr {
     pub(crate) fn new(a: MatRef<'_, f64>) -> Option<Self> {
         let gram = gram(a);
         let lower = gram.llt(Side::Lower).ok()?.L().to_owned();
-        let pivots = (0..lower.ncols()).map(|j| lower[(j, j)] * lower[(j, j)]);
-        let (low, high) = pivots.fold((f64::INFINITY, 0.0_f64), |(low, high), x| {
-            (low.min(x), high.max(x))
-        });
-        let ratio = low / high;
+        let k = lower.ncols();
+        let mut inverse = Mat::zeros(k, k);
+        invert_lower_triangular(inverse.as_mut(), lower.as_ref(), Par::Seq);
+        let size = lower.norm_l2() * inverse.norm_l2();
+        let conditioning = (k as f64 / size).powi(2);
         // False for NaN, too.
-        (ratio > 0.0 && high.is_finite()).then_some(CholeskyQr { lower, ratio })
+        (conditioning > 0.0).then_some(CholeskyQr {
+            lower,
+            conditioning,
+        })
     }
 
     /// `A <- Q = A R^{-1}`.
@@ -75,7 +82,7 @@ pub(crate) fn polar_near_orthonormal(a: MatRef<'_, f64>) -> Option<Mat<f64>> {
     Some(out)
 }
 
-/// `G^{-1/2}` for a symmetric `G` with `|G - I|_F` at most [`NEAR_IDENTITY`], by coupled Newton-Schulz iteration.
+/// `G^{-1/2}` for a symmetric `G` with `|G - I|_F` at most [`NEAR_IDENTITY`], by Newton-Schulz iteration.
 fn inverse_square_root(g: MatRef<'_, f64>) -> Option<Mat<f64>> {
     let k = g.ncols();
     let mut residual = Mat::from_fn(k, k, |i, j| f64::from(u8::from(i == j)) - g[(i, j)]);

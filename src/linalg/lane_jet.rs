@@ -189,7 +189,7 @@ impl SpectralJet {
         }
     }
 
-    /// `self += other`.
+    /// `self += alpha other`.
     #[inline(always)]
     pub(crate) fn add(&mut self, alpha: f64, other: &SpectralJet, order: usize) {
         for (x, y) in self.diagonal.iter_mut().zip(&other.diagonal) {

@@ -4,15 +4,11 @@
 //! analytic in `X` and `t`. With `Y = Theta^2`, which gains one order at a time from `cos sqrt(Y) = X`, they are series
 //! in `t^2 Y`, evaluated in the eigenbasis of the constant term: there all products with it are elementwise.
 
+use super::lane_join::TINY;
+use super::quasi_geodesic_jet::series_terms;
 use crate::linalg::lane_jet::SpectralJet;
 use crate::linalg::lane_matrix::LaneMatrix;
 use crate::linalg::lanes::Lanes;
-
-/// A series is truncated when the next term, including its derivatives up to the third, is below this.
-const TRUNCATION: f64 = 1e-17;
-
-/// Replaces the square of a sine of zero.
-const TINY: f64 = 1e-150;
 
 /// Angle below which `sin(x) / x` is its series of two terms.
 const SMALL: f64 = 1e-4;
@@ -103,7 +99,7 @@ impl LaneAngles {
                 self.inverse_difference.set(l, i, inverse);
             }
         }
-        let terms = terms(largest);
+        let terms = series_terms(largest);
         for j in 1..=order {
             // The cosine of what is known of Y; its part of order 1 is zero.
             self.squared.order_mut(j).fill_zero();
@@ -133,7 +129,7 @@ impl LaneAngles {
     }
 }
 
-/// `cos sqrt(W)` or `sin sqrt(W) / sqrt(W)`, by Horner's rule; up to three columns stay in registers.
+/// `cos sqrt(W)` or `sin sqrt(W) / sqrt(W)`, by Horner's rule; one and two columns stay in registers.
 #[inline(always)]
 fn series(
     target: &mut SpectralJet,
@@ -212,17 +208,6 @@ fn small_series<const K: usize, const N: usize>(
             }
         }
     }
-}
-
-/// Number of terms for arguments up to `w`, including derivatives up to the third (the factor `j^3`).
-fn terms(w: f64) -> usize {
-    let mut size = 1.0;
-    let mut j = 0;
-    while size * (j * j * j) as f64 > TRUNCATION || j == 0 {
-        j += 1;
-        size *= w.max(1.0) / ((2 * j - 1) * (2 * j)) as f64;
-    }
-    j
 }
 
 #[inline(always)]

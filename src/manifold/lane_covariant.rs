@@ -1,13 +1,13 @@
 //! Covariant derivatives along eight curves, or at eight parameters, at once; the formulas are those of
 //! [`covariant`](super::covariant).
 
-use faer::MatRef;
-
+use crate::linalg::jet::Jet;
 use crate::linalg::lane_matrix::{LaneMatrix, dot};
 use crate::linalg::lanes::Lanes;
 use crate::linalg::simd::vectorised;
 
-/// Number of columns up to which eight matrices at once are faster than one after another.
+/// Number of columns up to which eight matrices at once are faster than one after another: an acceleration takes 1.3 us
+/// instead of 6.5 us on St(50,5), and 24 us instead of 9 us on St(30,10).
 pub(crate) const FEW_COLUMNS: usize = 6;
 
 /// Points and ambient derivatives of eight curves, and buffers, for one shape.
@@ -35,10 +35,15 @@ impl LaneCovariant {
         }
     }
 
-    /// Sets a Taylor coefficient of one lane.
-    pub(crate) fn set(&mut self, lane: usize, order: usize, coefficient: MatRef<'_, f64>) {
-        let factorial = [1.0, 1.0, 2.0, 6.0][order];
-        self.derivatives[order].set_lane(lane, factorial, coefficient);
+    /// Reads Taylor coefficients up to an order, of up to eight curves.
+    pub(crate) fn read(&mut self, jets: &[Jet], order: usize) {
+        for (lane, jet) in jets.iter().enumerate() {
+            let factorials = [1.0, 1.0, 2.0, 6.0];
+            let all = self.derivatives.iter_mut().zip(&jet.c).zip(factorials);
+            for ((to, from), factorial) in all.take(order + 1) {
+                to.set_lane(lane, factorial, from.as_ref());
+            }
+        }
     }
 
     /// `D_t S'`.

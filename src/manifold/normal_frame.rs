@@ -8,11 +8,10 @@ use crate::linalg::gram_factors::CholeskyQr;
 use crate::linalg::product::mul_add;
 use crate::linalg::structure::norm;
 
-/// Ratio of the smallest to the largest pivot above which one pass of Cholesky's factorisation is orthonormal to a few
-/// units of round-off (the defect is `eps / ratio`).
+/// Conditioning above which one pass of Cholesky's factorisation is orthonormal to some tens of units of round-off.
 const WELL_CONDITIONED: f64 = 0.05;
 
-/// Ratio below which two passes are not enough either, and Householder reflections are used.
+/// Conditioning below which two passes are not enough either, and Householder reflections are used.
 const ILL_CONDITIONED: f64 = 1e-8;
 
 /// Normal parts below this get their frame from reflections, which make it orthogonal to the point in any case.
@@ -69,18 +68,19 @@ pub(crate) fn normal_frame(s: MatRef<'_, f64>, mut normal: MatMut<'_, f64>) -> M
 /// [`normal_frame`] by Cholesky's method; `None`, with `normal` unchanged, if it is too ill-conditioned.
 fn orthonormalise(s: MatRef<'_, f64>, mut normal: MatMut<'_, f64>) -> Option<Mat<f64>> {
     let first = CholeskyQr::new(normal.rb())?;
-    if first.ratio >= WELL_CONDITIONED {
+    if first.conditioning >= WELL_CONDITIONED {
         first.orthonormalise(normal);
         return Some(first.r().to_owned());
     }
-    if first.ratio < ILL_CONDITIONED {
+    if first.conditioning < ILL_CONDITIONED {
         return None;
     }
     let mut q = normal.to_owned();
     first.orthonormalise(q.as_mut());
     let along = s.transpose() * &q;
     mul_add(&mut q, -1.0, s, &along);
-    let second = CholeskyQr::new(q.as_ref()).filter(|second| second.ratio >= WELL_CONDITIONED)?;
+    let second =
+        CholeskyQr::new(q.as_ref()).filter(|second| second.conditioning >= WELL_CONDITIONED)?;
     second.orthonormalise(q.as_mut());
     normal.copy_from(&q);
     Some(second.r() * first.r())

@@ -426,7 +426,7 @@ fn small_series<const K: usize>(
 }
 
 /// Number of terms of `cos sqrt(w)` for arguments up to `w`, including derivatives up to the third (the factor `j^3`).
-fn series_terms(w: f64) -> usize {
+pub(super) fn series_terms(w: f64) -> usize {
     let mut size = 1.0;
     for j in 1.. {
         size *= w.max(1.0) / ((2 * j - 1) * (2 * j)) as f64;

@@ -266,7 +266,13 @@ impl Stiefel {
     /// `Shape`, `NonFinite`.
     pub fn split(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<(Mat<f64>, Mat<f64>)> {
         self.check_matrices([("S", s), ("V", v)])?;
-        Ok(parts(s, v, &gram_of(s, v)))
+        let (product, mut normal) = (gram_of(s, v), v.to_owned());
+        mul_add(&mut normal, -1.0, s, &product);
+        // Projected twice: a single projection leaves a component along S of size eps |V|, which may dominate a small
+        // K.
+        let rest = gram_of(s, normal.as_ref());
+        mul_add(&mut normal, -1.0, s, &rest);
+        Ok((normal, skew_part(product.as_ref())))
     }
 
     /// As [`Stiefel::split`], for a checked point and a vector that is checked to be tangent; `K` is written to `normal`.
@@ -282,7 +288,11 @@ impl Stiefel {
     ) -> Result<Mat<f64>> {
         let product = self.checked_product(name, s, v, TANGENT_TOLERANCE)?;
         normal.copy_from(v);
-        project(s, &product, normal);
+        mul_add(normal.rb_mut(), -1.0, s, &product);
+        if norm(normal.rb()) < SHORT_NORMAL * norm(product.as_ref()) {
+            let rest = gram_of(s, normal.rb());
+            mul_add(normal, -1.0, s, &rest);
+        }
         Ok(skew_part(product.as_ref()))
     }
 
@@ -338,25 +348,9 @@ impl Stiefel {
     }
 }
 
-/// Normal parts shorter than this, relative to the vector, are projected twice: one projection leaves a component along
-/// `S` of size `eps |V|`.
-const SHORT_NORMAL: f64 = 0.1;
-
-/// `K` and `Omega` from `V` and `S^T V`.
-fn parts(s: MatRef<'_, f64>, v: MatRef<'_, f64>, product: &Mat<f64>) -> (Mat<f64>, Mat<f64>) {
-    let mut normal = v.to_owned();
-    project(s, product, normal.as_mut());
-    (normal, skew_part(product.as_ref()))
-}
-
-/// `V <- V - S S^T V` for a given `S^T V`.
-fn project(s: MatRef<'_, f64>, product: &Mat<f64>, mut v: MatMut<'_, f64>) {
-    mul_add(v.rb_mut(), -1.0, s, product);
-    if norm(v.rb()) < SHORT_NORMAL * norm(product.as_ref()) {
-        let rest = gram_of(s, v.rb());
-        mul_add(v, -1.0, s, &rest);
-    }
-}
+/// Normal parts shorter than this, relative to the part along `S`, are projected twice: one projection leaves a component
+/// of size `eps |S^T V|` along `S`.
+const SHORT_NORMAL: f64 = 0.5;
 
 /// `S^T V`.
 fn gram_of(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Mat<f64> {

@@ -301,6 +301,7 @@ impl<C: Curve> Curve for Piecewise<C> {
         work: &mut Self::Workspace,
         out: &mut [Jet],
     ) -> Result<()> {
+        debug_assert_eq!(t.len(), out.len());
         let (mut t, mut out) = (t, out);
         while let Some(&first) = t.first() {
             let piece = self.find(first)?;
