@@ -87,7 +87,7 @@ fn inverse_square_root(g: MatRef<'_, f64>) -> Option<Mat<f64>> {
     let k = g.ncols();
     let mut residual = Mat::from_fn(k, k, |i, j| f64::from(u8::from(i == j)) - g[(i, j)]);
     let mut size = norm(residual.as_ref());
-    if !(size <= NEAR_IDENTITY) {
+    if size > NEAR_IDENTITY {
         return None;
     }
     let identity = || Mat::<f64>::identity(k, k);

@@ -119,7 +119,7 @@ impl LaneAngles {
                 for i in 0..k {
                     let mut missing = x.order(j).at(i, l);
                     if let Some(known) = known {
-                        missing = missing - known.at(i, l);
+                        missing -= known.at(i, l);
                     }
                     out.set(i, l, missing * self.inverse_difference.at(i, l));
                 }

@@ -39,10 +39,11 @@ pub(crate) fn normal_frame(s: MatRef<'_, f64>, mut normal: MatMut<'_, f64>) -> M
     let size = norm(normal.rb());
     // A normal part of the size of round-off has no direction: repeated projections keep shrinking it. The squares of
     // huge ones overflow.
-    if p == k && (ROUND_OFF..HUGE).contains(&size) {
-        if let Some(b) = orthonormalise(s, normal.rb_mut()) {
-            return b;
-        }
+    if p == k
+        && (ROUND_OFF..HUGE).contains(&size)
+        && let Some(b) = orthonormalise(s, normal.rb_mut())
+    {
+        return b;
     }
     // A subnormal entry has no reciprocal.
     let largest = normal.norm_max();
