@@ -8,7 +8,9 @@ use common::*;
 use faer::{Mat, Scale, mat};
 use stiefel_rs::linalg::jet::Jet;
 use stiefel_rs::manifold::covariant::{acceleration, christoffel, jerk};
-use stiefel_rs::{Curve, GeometricCubic, GeometricPolynomial, QuasiGeodesic, Stiefel};
+use stiefel_rs::{
+    Curve, GeometricCubic, GeometricPolynomial, Interrupt, Quantity, QuasiGeodesic, Stiefel,
+};
 
 const TIMES: [f64; 6] = [0.0, 0.1, 0.37, 0.5, 0.8, 1.0];
 
@@ -441,6 +443,24 @@ fn covariant_derivatives_of_many_columns_and_of_few_are_those_of_the_formulas() 
             );
             let rate = manifold.norm(s, exact[1].as_ref()).unwrap();
             assert!(rate <= largest.jerk * (1.0 + 1e-9), "({n}, {k}) at {t}");
+        }
+    }
+}
+
+#[test]
+fn a_curve_at_rest_has_no_derivatives_at_all() {
+    let mut rng = Rng::new(743);
+    for (n, k) in [(2, 1), (3, 2), (4, 4), (7, 3)] {
+        let point = random_point(n, k, &mut rng);
+        let curve = through(&[point.clone(), point.clone(), point.clone(), point]);
+        for nu in 1..=3 {
+            let values = curve
+                .sample(&TIMES, Quantity::Derivative(nu), Interrupt::NEVER)
+                .unwrap();
+            assert!(
+                values.iter().all(|value| value.norm_max() == 0.0),
+                "({n}, {k}), {nu}"
+            );
         }
     }
 }

@@ -78,7 +78,14 @@ pub(crate) fn polar_near_orthonormal(a: MatRef<'_, f64>) -> Option<Mat<f64>> {
     }
     let root = inverse_square_root(gram.as_ref())?;
     let mut out = Mat::zeros(a.nrows(), k);
-    mul_into(&mut out, 1.0 / mean.sqrt(), a, &root);
+    mul_into(&mut out, 1.0, a, &root);
+    // A quotient: that of a number and its modulus is exactly one.
+    let size = mean.sqrt();
+    for j in 0..k {
+        for x in out.col_as_slice_mut(j) {
+            *x /= size;
+        }
+    }
     Some(out)
 }
 

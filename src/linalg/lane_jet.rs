@@ -2,7 +2,7 @@
 
 use super::jet::ORDER;
 use super::lane_matrix::LaneMatrix;
-use super::lanes::Lanes;
+use super::lanes::{LANES, Lanes, Mask};
 
 /// A matrix polynomial; operations take the highest order to compute.
 pub(crate) struct LaneJet {
@@ -50,6 +50,30 @@ impl LaneJet {
             }
             for i in 1..=j {
                 out.add_product(d.order(i), &b.c[j - i]);
+            }
+        }
+    }
+
+    /// The lanes in which all coefficients are the same.
+    #[inline(always)]
+    pub(crate) fn equals(&self, other: &LaneJet, order: usize) -> Mask {
+        let mut same = [true; LANES];
+        for (a, b) in self.c[..=order].iter().zip(&other.c) {
+            for (x, y) in a.entries().iter().zip(b.entries()) {
+                for l in 0..LANES {
+                    same[l] &= x.0[l] == y.0[l];
+                }
+            }
+        }
+        Mask(same)
+    }
+
+    /// Takes the coefficients of another polynomial in some lanes.
+    #[inline(always)]
+    pub(crate) fn replace_where(&mut self, lanes: Mask, other: &LaneJet, order: usize) {
+        for (to, from) in self.c[..=order].iter_mut().zip(&other.c) {
+            for (x, y) in to.entries_mut().iter_mut().zip(from.entries()) {
+                *x = lanes.select(*y, *x);
             }
         }
     }

@@ -72,6 +72,7 @@ impl LaneMovingJoin {
         order: usize,
         margin: &mut Margin,
     ) {
+        let same = s0.equals(s1, order);
         self.gram.set_product_tn(s0, s1, order);
         self.principal.gram.copy_from(&self.gram.c[0]);
         self.principal.factor_any(self.rows, margin);
@@ -114,6 +115,8 @@ impl LaneMovingJoin {
         self.point.fill_zero(order);
         self.point.add_product(s0, &self.left, order);
         self.point.add_product(s1, &self.right, order);
+        // A curve at rest has no velocity at all, not one of the size of round-off.
+        self.point.replace_where(same, s0, order);
         std::mem::swap(&mut self.point, s0);
     }
 
