@@ -448,18 +448,17 @@ fn covariant_derivatives_of_many_columns_and_of_few_are_those_of_the_formulas() 
 }
 
 #[test]
-fn a_curve_at_rest_has_no_derivatives_at_all() {
+fn a_point_at_rest_on_a_sphere_has_no_derivatives_at_all() {
     let mut rng = Rng::new(743);
-    for (n, k) in [(2, 1), (3, 2), (4, 4), (7, 3)] {
-        let point = random_point(n, k, &mut rng);
+    for n in [1, 2, 3, 10] {
+        let point = random_point(n, 1, &mut rng);
         let curve = through(&[point.clone(), point.clone(), point.clone(), point]);
         for nu in 1..=3 {
-            let values = curve
-                .sample(&TIMES, Quantity::Derivative(nu), Interrupt::NEVER)
-                .unwrap();
+            let quantity = Quantity::Derivative(nu);
+            let values = curve.sample(&TIMES, quantity, Interrupt::NEVER).unwrap();
             assert!(
                 values.iter().all(|value| value.norm_max() == 0.0),
-                "({n}, {k}), {nu}"
+                "{n}, {nu}"
             );
         }
     }
