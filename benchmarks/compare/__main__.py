@@ -21,6 +21,9 @@ from benchmarks.environment import ROOT, load, machine
 
 PEERS = ("scipy", "heyoka", "geomstats", "morphomatics", "pymanopt", "interpolatepy", "jax")
 
+# Names of rows that fit into a heading of the page.
+MOST_NAMES = 3
+
 
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     """Parse the options of the command line."""
@@ -98,7 +101,10 @@ def page_of(
     lines = [line.cells() for outcome in outcomes for line in shown(outcome)]
     if not options.only:
         return Page({WHOLE: facts}, lines, failures)
-    page = Page({f"rows with {', '.join(f'`{text}`' for text in options.only)}": facts}, lines, failures)
+    # Many names would make the column wider than the page.
+    names = ", ".join(f"`{text}`" for text in options.only)
+    column = f"rows with {names}" if len(options.only) <= MOST_NAMES else f"{len(outcomes)} rows, later"
+    page = Page({column: facts}, lines, failures)
     if not options.out.is_file():
         return page
     return Page.parse(options.out.read_text()).updated(page, [row.title for row in all_rows()])
