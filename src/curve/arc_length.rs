@@ -1,6 +1,6 @@
 //! Arc length of a curve, its inverse, and reparametrisation to constant speed.
 
-use super::curve::{Curve, length_between};
+use super::curve::{Curve, length_between, speed_of};
 use super::length::{Length, ROUND_OFF, TOLERANCE};
 use super::quantity::Quantity;
 use super::sampling::Samples;
@@ -96,7 +96,8 @@ impl<'a, C: Curve> ArcLength<'a, C> {
                 });
             }
         }
-        self.length.parameters(lengths, self.curve, self.interrupt)
+        let speed = || speed_of(self.curve);
+        self.length.parameters(lengths, speed, self.interrupt)
     }
 
     /// Parameters of `count` points at equal distances along the curve, including both ends of the interval.

@@ -1,8 +1,7 @@
 //! The cost of a curve by composite Gauss-Legendre quadrature.
 
-use super::curve::Curve;
 use super::gauss_legendre::{PANEL, POINTS};
-use super::norms::{Norm, Norms};
+use super::norms::{Evaluation, Norm, Norms};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
@@ -16,13 +15,13 @@ const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 /// At most `2^MAX_DOUBLINGS` panels.
 const MAX_DOUBLINGS: usize = 10;
 
-/// `int |D_t S'|^2 dt` over the interval of a curve; panels are doubled until the value converges.
-pub(super) fn squared_acceleration<C: Curve + ?Sized>(
-    curve: &C,
+/// `int |D_t S'|^2 dt` over an interval of a curve with `k` columns; panels are doubled until the value converges.
+pub(super) fn squared_acceleration(
+    norms: &mut Norms<impl Evaluation>,
+    (start, end): (f64, f64),
+    k: usize,
     interrupt: Interrupt<'_>,
 ) -> Result<f64> {
-    let ((start, end), k) = (curve.t_span(), curve.k());
-    let mut norms = Norms::new(curve, "cost")?;
     // Positions have norm sqrt(k), so accelerations below that over the squared interval are round-off as well.
     let still = k as f64 / (end - start).abs().powi(3);
     let (nodes, weights) = &*PANEL;

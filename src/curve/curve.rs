@@ -6,6 +6,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::cost::squared_acceleration;
 use super::derivative_bounds::{DerivativeBounds, sampled_bounds};
 use super::length::Length;
+use super::norms::{Evaluation, Norms};
 use super::quantity::Quantity;
 use super::sampling::{self, Request, Samples, check_parameter};
 use crate::error::{Error, Result};
@@ -243,7 +244,8 @@ pub trait Curve: Send + Sync {
     where
         Self: Sized,
     {
-        squared_acceleration(self, interrupt)
+        let mut norms = norms_of(self, "cost")?;
+        squared_acceleration(&mut norms, self.t_span(), self.k(), interrupt)
     }
 
     /// Length from `t0` to `t1 >= t0` in the canonical metric; [`ArcLength`](super::ArcLength) also computes its
@@ -280,7 +282,8 @@ pub trait Curve: Send + Sync {
         &self,
         interrupt: Interrupt<'_>,
     ) -> Result<DerivativeBounds> {
-        sampled_bounds(self, interrupt)
+        let mut norms = norms_of(self, "derivative bounds")?;
+        sampled_bounds(&mut norms, &self.breakpoints(), interrupt)
     }
 }
 
@@ -288,6 +291,19 @@ pub trait Curve: Send + Sync {
 pub(super) fn coordinate_shape<C: Curve + ?Sized>(curve: &C) -> [usize; 2] {
     let rows = curve.frame().map_or(curve.n(), |frame| frame.ncols());
     [rows, curve.k()]
+}
+
+/// The norms along a curve, for a result of the given name, with a workspace allocated once.
+fn norms_of<C: Curve + ?Sized>(curve: &C, result: &'static str) -> Result<Norms<impl Evaluation>> {
+    let mut work = curve.workspace();
+    let evaluate =
+        move |t: &[f64], order: usize, out: &mut [Jet]| curve.jets_into(t, order, &mut work, out);
+    Norms::new(coordinate_shape(curve), curve.quotient(), result, evaluate)
+}
+
+/// The norms of which a length is computed.
+pub(super) fn speed_of<C: Curve + ?Sized>(curve: &C) -> Result<Norms<impl Evaluation>> {
+    norms_of(curve, "arc length")
 }
 
 /// The length of a curve from `start` to `end >= start`.
@@ -314,7 +330,8 @@ pub(super) fn length_between<C: Curve>(
     for t in [start, end] {
         curve.point(t)?;
     }
-    Length::between(start, end, curve, interrupt)
+    let speed = || speed_of(curve);
+    Length::between(start, end, curve.breakpoints(), speed, interrupt)
 }
 
 /// [`Curve::sample`] by evaluation at every parameter.

@@ -32,8 +32,9 @@ use crate::linalg::lane_matrix::LaneMatrix;
 use crate::linalg::lanes::{LANES, Lanes};
 use crate::linalg::simd::vectorised;
 use crate::manifold::QuasiGeodesic;
-use crate::manifold::lane_join::{LaneJoin, Margin};
+use crate::manifold::lane_join::LaneJoin;
 use crate::manifold::lane_leg::{LaneLeg, LaneLegWork};
+use crate::manifold::lane_margin::Margin;
 use crate::manifold::lane_moving_join::LaneMovingJoin;
 use crate::space::Quotient;
 

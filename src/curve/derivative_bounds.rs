@@ -1,7 +1,6 @@
 //! The largest velocity, covariant acceleration and covariant jerk of a curve.
 
-use super::curve::Curve;
-use super::norms::{Norm, Norms};
+use super::norms::{Evaluation, Norm, Norms};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
@@ -125,19 +124,19 @@ impl DerivativeBounds {
 }
 
 /// Bounds by sampling each smooth piece of a curve, between its breakpoints.
-pub(super) fn sampled_bounds<C: Curve + ?Sized>(
-    curve: &C,
+pub(super) fn sampled_bounds(
+    norms: &mut Norms<impl Evaluation>,
+    breakpoints: &[f64],
     interrupt: Interrupt<'_>,
 ) -> Result<DerivativeBounds> {
-    let mut norms = Norms::new(curve, "derivative bounds")?;
     let mut largest = [0.0_f64; 3];
-    for pair in curve.breakpoints().windows(2) {
-        let samples = sample(&mut norms, 3, [pair[0], pair[1]], SAMPLES, interrupt)?;
+    for pair in breakpoints.windows(2) {
+        let samples = sample(norms, 3, [pair[0], pair[1]], SAMPLES, interrupt)?;
         for which in 0..3 {
             let values = samples.iter().map(|(_, values)| values[which]);
             largest[which] = values.fold(largest[which], f64::max);
             for (low, high) in peaks(&samples, which) {
-                let peak = refined(&mut norms, low, high, which, interrupt)?;
+                let peak = refined(norms, low, high, which, interrupt)?;
                 largest[which] = largest[which].max(peak);
             }
         }
@@ -152,8 +151,8 @@ pub(super) fn sampled_bounds<C: Curve + ?Sized>(
 
 type Sample = (f64, [f64; 3]);
 
-fn sample<C: Curve + ?Sized>(
-    norms: &mut Norms<'_, C>,
+fn sample(
+    norms: &mut Norms<impl Evaluation>,
     order: usize,
     [low, high]: [f64; 2],
     count: usize,
@@ -187,8 +186,8 @@ fn peaks(samples: &[Sample], which: usize) -> Vec<(f64, f64)> {
 }
 
 /// The largest value between two parameters.
-fn refined<C: Curve + ?Sized>(
-    norms: &mut Norms<'_, C>,
+fn refined(
+    norms: &mut Norms<impl Evaluation>,
     low: f64,
     high: f64,
     which: usize,

@@ -2,9 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::curve::Curve;
 use super::gauss_legendre::{PANEL, POINTS};
-use super::norms::Norms;
+use super::norms::{Evaluation, Norms};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
@@ -84,7 +83,7 @@ impl Rule {
     ///
     /// No node sees such a corner, but the polynomial through the nodes misses the value at the end by twice the slope
     /// times the distance of the corner from the end, and the integral by the slope times the square of that distance.
-    fn guarded<C: Curve>(&self, a: f64, b: f64, speed: &mut Norms<'_, C>) -> Result<[f64; 3]> {
+    fn guarded(&self, a: f64, b: f64, speed: &mut Norms<impl Evaluation>) -> Result<[f64; 3]> {
         let mut t = [a; POINTS + 2];
         t[1] = b;
         self.places_into(a, b, &mut t[2..]);
@@ -112,7 +111,7 @@ impl Rule {
         ])
     }
 
-    fn integral<C: Curve>(&self, a: f64, b: f64, speed: &mut Norms<'_, C>) -> Result<f64> {
+    fn integral(&self, a: f64, b: f64, speed: &mut Norms<impl Evaluation>) -> Result<f64> {
         let (mut t, mut values) = ([0.0; POINTS], [0.0; POINTS]);
         self.places_into(a, b, &mut t);
         speed.speeds(&t, &mut values)?;
@@ -130,14 +129,16 @@ impl Rule {
 }
 
 impl Length {
-    /// The lengths from `start` to `end`, with panels that end at the breakpoints in between.
+    /// The lengths from `start` to `end`, with panels that end at the breakpoints in between; `speed` creates the norms of
+    /// a thread.
     ///
     /// # Errors
     /// `NoConvergence`, `Overflow`, `Interrupted`, and an error if the curve does not exist somewhere.
-    pub(super) fn between<C: Curve>(
+    pub(super) fn between<F: Evaluation>(
         start: f64,
         end: f64,
-        curve: &C,
+        breakpoints: Vec<f64>,
+        speed: impl Fn() -> Result<Norms<F>> + Sync,
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         let mut length = Length {
@@ -145,23 +146,23 @@ impl Length {
             panels: Vec::new(),
             total: 0.0,
         };
-        let inner = curve.breakpoints().into_iter();
+        let inner = breakpoints.into_iter();
         let mut ends: Vec<f64> = inner.filter(|t| start < *t && *t < end).collect();
         ends.push(end);
-        length.build(start, &ends, curve, interrupt)?;
+        length.build(start, &ends, speed, interrupt)?;
         Ok(length)
     }
 
-    fn build<C: Curve>(
+    fn build<F: Evaluation>(
         &mut self,
         start: f64,
         ends: &[f64],
-        curve: &C,
+        speed: impl Fn() -> Result<Norms<F>> + Sync,
         interrupt: Interrupt<'_>,
     ) -> Result<()> {
         let starts = std::iter::once(start).chain(ends.iter().copied());
         let intervals: Vec<[f64; 2]> = starts.zip(ends).map(|(from, to)| [from, *to]).collect();
-        let lengths = in_blocks(&intervals, curve, interrupt, |[from, to], speed| {
+        let lengths = in_blocks(&intervals, &speed, interrupt, |[from, to], speed| {
             self.rule.integral(*from, *to, speed)
         })?;
         // A first estimate of the total length determines the allowed error of a panel.
@@ -180,7 +181,7 @@ impl Length {
         let estimates: Vec<_> = intervals.into_iter().zip(lengths).collect();
         let panels = in_blocks(
             &estimates,
-            curve,
+            &speed,
             interrupt,
             |([from, to], length), speed| {
                 self.panels_of([*from, *to], *length, &allowed, speed, interrupt)
@@ -196,12 +197,12 @@ impl Length {
     }
 
     /// Start, end and length of the panels of an interval, given an estimate of its length.
-    fn panels_of<C: Curve>(
+    fn panels_of<F: Evaluation>(
         &self,
         [from, to]: [f64; 2],
         length: f64,
         allowed: &Allowed,
-        speed: &mut Norms<'_, C>,
+        speed: &mut Norms<F>,
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<[f64; 3]>> {
         let mut panels = Vec::new();
@@ -257,19 +258,19 @@ impl Length {
     ///
     /// # Errors
     /// `Interrupted`, and an error if the curve does not exist somewhere.
-    pub(super) fn parameters<C: Curve>(
+    pub(super) fn parameters<F: Evaluation>(
         &self,
         lengths: &[f64],
-        curve: &C,
+        speed: impl Fn() -> Result<Norms<F>> + Sync,
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<f64>> {
-        in_blocks(lengths, curve, interrupt, |length, speed| {
+        in_blocks(lengths, &speed, interrupt, |length, speed| {
             self.invert(*length, speed)
         })
     }
 
     /// Newton's method, safeguarded by bisection.
-    fn invert<C: Curve>(&self, length: f64, speed: &mut Norms<'_, C>) -> Result<f64> {
+    fn invert<F: Evaluation>(&self, length: f64, speed: &mut Norms<F>) -> Result<f64> {
         let ahead = self
             .panels
             .partition_point(|panel| panel.before + panel.length < length);
@@ -310,14 +311,14 @@ impl Length {
 }
 
 /// Applies `work` to each item, with blocks of items on one thread each.
-fn in_blocks<T: Sync, R: Send, C: Curve>(
+fn in_blocks<T: Sync, R: Send, F: Evaluation>(
     items: &[T],
-    curve: &C,
+    speed: impl Fn() -> Result<Norms<F>> + Sync,
     interrupt: Interrupt<'_>,
-    work: impl Fn(&T, &mut Norms<'_, C>) -> Result<R> + Sync,
+    work: impl Fn(&T, &mut Norms<F>) -> Result<R> + Sync,
 ) -> Result<Vec<R>> {
     let block = |items: &[T]| -> Result<Vec<R>> {
-        let mut speed = Norms::new(curve, "arc length")?;
+        let mut speed = speed()?;
         items
             .iter()
             .map(|item| {

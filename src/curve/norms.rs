@@ -2,7 +2,6 @@
 
 use faer::MatRef;
 
-use super::curve::{Curve, coordinate_shape};
 use super::quantity::Quantity;
 use crate::error::Result;
 use crate::linalg::jet::Jet;
@@ -12,13 +11,18 @@ use crate::manifold::Stiefel;
 use crate::manifold::lane_covariant::{FEW_COLUMNS, LaneCovariant};
 use crate::space::Quotient;
 
-/// Evaluation of one curve, with buffers allocated once.
-pub(super) struct Norms<'a, C: Curve + ?Sized> {
-    curve: &'a C,
+/// Writes Taylor coefficients of the coordinates of a curve at many parameters, up to an order.
+pub(super) trait Evaluation: FnMut(&[f64], usize, &mut [Jet]) -> Result<()> {}
+
+impl<F: FnMut(&[f64], usize, &mut [Jet]) -> Result<()>> Evaluation for F {}
+
+/// The norms along one curve, with buffers allocated once.
+pub(super) struct Norms<F> {
+    evaluate: F,
+    quotient: Quotient,
     /// The name of the result in errors.
-    quantity: &'static str,
+    result: &'static str,
     manifold: Stiefel,
-    work: C::Workspace,
     jets: Vec<Jet>,
     lanes: Option<LaneCovariant>,
 }
@@ -32,14 +36,22 @@ pub(super) struct Norm {
     pub(super) ambient: f64,
 }
 
-impl<'a, C: Curve + ?Sized> Norms<'a, C> {
-    pub(super) fn new(curve: &'a C, quantity: &'static str) -> Result<Self> {
-        let [rows, k] = coordinate_shape(curve);
+impl<F: Evaluation> Norms<F> {
+    /// Built for a curve with coordinates of shape `(rows, k)`.
+    ///
+    /// # Errors
+    /// `Shape`.
+    pub(super) fn new(
+        [rows, k]: [usize; 2],
+        quotient: Quotient,
+        result: &'static str,
+        evaluate: F,
+    ) -> Result<Self> {
         Ok(Norms {
-            curve,
-            quantity,
+            evaluate,
+            quotient,
+            result,
             manifold: Stiefel::new(rows.max(k), k)?,
-            work: curve.workspace(),
             jets: (0..LANES).map(|_| Jet::zeros(rows, k)).collect(),
             lanes: (k <= FEW_COLUMNS).then(|| LaneCovariant::new(rows, k)),
         })
@@ -52,11 +64,11 @@ impl<'a, C: Curve + ?Sized> Norms<'a, C> {
     pub(super) fn read(&mut self, t: &[f64], order: usize, out: &mut [Norm]) -> Result<()> {
         for (t, out) in t.chunks(LANES).zip(out.chunks_mut(LANES)) {
             let jets = &mut self.jets[..t.len()];
-            self.curve.jets_into(t, order, &mut self.work, jets)?;
+            (self.evaluate)(t, order, jets)?;
             let mut single = [true; LANES];
             if let Some(lanes) = &mut self.lanes {
                 lanes.read(jets, order);
-                let subspaces = self.curve.quotient() == Quotient::Subspaces;
+                let subspaces = self.quotient == Quotient::Subspaces;
                 let squares = lanes.squared_norms(order, subspaces);
                 for (lane, out) in out.iter_mut().enumerate() {
                     let found = squares.map(|square| square.0[lane]);
@@ -105,9 +117,8 @@ impl<'a, C: Curve + ?Sized> Norms<'a, C> {
 
     fn single(&self, jet: &Jet, order: usize) -> Result<Norm> {
         let s = jet.c[0].as_ref();
-        let length = |vector: MatRef<'_, f64>| self.manifold.norm_along(self.quantity, s, vector);
-        let covariant =
-            |quantity: Quantity| length(quantity.single(self.curve.quotient(), jet).as_ref());
+        let length = |vector: MatRef<'_, f64>| self.manifold.norm_along(self.result, s, vector);
+        let covariant = |quantity: Quantity| length(quantity.single(self.quotient, jet).as_ref());
         let mut out = Norm::default();
         out.covariant[0] = length(jet.c[1].as_ref())?;
         if order > 1 {

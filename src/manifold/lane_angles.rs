@@ -4,8 +4,8 @@
 //! analytic in `X` and `t`. With `Y = Theta^2`, which gains one order at a time from `cos sqrt(Y) = X`, they are series
 //! in `t^2 Y`, evaluated in the eigenbasis of the constant term: there all products with it are elementwise.
 
-use super::lane_join::TINY;
-use super::quasi_geodesic_jet::series_terms;
+use super::lane_margin::TINY;
+use super::quasi_geodesic_jet::{Parity, series_terms};
 use crate::linalg::lane_jet::SpectralJet;
 use crate::linalg::lane_matrix::LaneMatrix;
 use crate::linalg::lanes::Lanes;
@@ -27,13 +27,6 @@ pub(super) struct LaneAngles {
     pub(super) cosine: SpectralJet,
     /// `sin(t Theta) / sin(Theta)`.
     pub(super) ratio: SpectralJet,
-}
-
-/// Selects one of the two trigonometric series.
-#[derive(Clone, Copy)]
-enum Parity {
-    Even,
-    Odd,
 }
 
 impl LaneAngles {

@@ -11,7 +11,7 @@
 //! `K` of `R`, so neither small nor repeated angles need care.
 
 use super::lane_angles::LaneAngles;
-use super::lane_join::{LOWEST_COSINE, Margin};
+use super::lane_margin::{LOWEST_COSINE, Margin};
 use super::lane_principal::LanePrincipal;
 use crate::linalg::lane_jet::{LaneJet, SpectralJet};
 use crate::linalg::lane_matrix::{LaneMatrix, diagonalise};
@@ -204,7 +204,7 @@ impl Turn {
     ) {
         let LanePrincipal { u, z, rotation, .. } = principal;
         let k = rotation.cols();
-        self.split(rotation, 0);
+        split(rotation, &mut self.symmetric, &mut self.skew.c[0]);
         let converged = diagonalise(&mut self.symmetric, &mut self.vectors);
         let mut least = Lanes::ONE;
         for i in 0..k {
@@ -219,9 +219,7 @@ impl Turn {
             if j > 0 {
                 self.work.set_product(u, turning.order(j));
                 self.rotation.set_product_nt(&self.work, z);
-                let rotation = std::mem::replace(&mut self.rotation, LaneMatrix::zeros(0, 0));
-                self.split(&rotation, j);
-                self.rotation = rotation;
+                split(&self.rotation, &mut self.symmetric, &mut self.skew.c[j]);
                 self.work.set_product_tn(&self.vectors, &self.symmetric);
                 self.cosine
                     .order_mut(j)
@@ -250,17 +248,17 @@ impl Turn {
             self.power.c[j].set_product_nt(&self.sum, &self.vectors);
         }
     }
+}
 
-    /// The symmetric and the skew part of the coefficient of order `j`.
-    #[inline(always)]
-    fn split(&mut self, rotation: &LaneMatrix, j: usize) {
-        let (k, half) = (rotation.cols(), Lanes::splat(0.5));
-        for b in 0..k {
-            for a in 0..k {
-                let (x, y) = (rotation.at(a, b), rotation.at(b, a));
-                self.symmetric.set(a, b, (x + y) * half);
-                self.skew.c[j].set(a, b, (x - y) * half);
-            }
+/// The symmetric and the skew part of a matrix.
+#[inline(always)]
+fn split(a: &LaneMatrix, symmetric: &mut LaneMatrix, skew: &mut LaneMatrix) {
+    let (k, half) = (a.cols(), Lanes::splat(0.5));
+    for j in 0..k {
+        for i in 0..k {
+            let (x, y) = (a.at(i, j), a.at(j, i));
+            symmetric.set(i, j, (x + y) * half);
+            skew.set(i, j, (x - y) * half);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::lane_join::{DETERMINED, LOWEST_COSINE, Margin, TINY};
+use super::lane_margin::{DETERMINED, LOWEST_COSINE, Margin, TINY};
 use crate::linalg::lane_matrix::{LaneMatrix, determinant_signs, dot, orthogonalise_columns};
 use crate::linalg::lanes::{LANES, Lanes, Mask};
 

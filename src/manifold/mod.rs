@@ -13,6 +13,7 @@ mod lane_angles;
 pub(crate) mod lane_covariant;
 pub(crate) mod lane_join;
 pub(crate) mod lane_leg;
+pub(crate) mod lane_margin;
 pub(crate) mod lane_moving_join;
 mod lane_principal;
 pub mod logarithm;

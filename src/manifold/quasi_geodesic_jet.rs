@@ -373,7 +373,7 @@ impl MovingQuasiGeodesic {
 
 /// Selects one of the two trigonometric series.
 #[derive(Clone, Copy)]
-enum Parity {
+pub(super) enum Parity {
     Even,
     Odd,
 }
