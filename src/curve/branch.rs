@@ -1,6 +1,6 @@
 //! Checks that a de Casteljau curve stays on one branch: no intermediate points are an angle of pi apart.
 //!
-//! The margin of a stage (`1 + cos` of its largest angles, see [`Margin`](crate::manifold::lane_join::Margin)) touches
+//! The margin of a stage (`1 + cos` of its largest angles, see [`Margin`](crate::manifold::lane_margin::Margin)) touches
 //! zero where the principal quasi-geodesic jumps to another branch. It is sampled on a grid that is finer near the
 //! ends, where the first and last stages rotate fastest. Each small local minimum is refined, eight parameters at a
 //! time, until it is either zero or clearly not.
