@@ -1,4 +1,4 @@
-"""Rows of derivatives, lengths and costs of curves, which no other library computes: compared with positions."""
+"""Rows of derivatives, lengths and costs of curves, which no other library computes, and of the import."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ QUANTITIES = {"velocity": 3.0, "second derivative": 5.0, "acceleration": 6.0}
 COVARIANT = {"acceleration": 4.0, "jerk": 4.0}
 # Seconds of a geometric cubic on St(3,2).
 INTEGRALS = {"arc_length": 0.5e-3, "cost": 0.2e-3, "resample": 0.5e-3, "derivative_bounds": 0.5e-3}
+# Control points of minimal cost: degree and shapes.
+MINIMAL = 5
+FREE = ((3, 1), (3, 2), (5, 3))
 
 
 def derivatives() -> list[Row]:
@@ -29,7 +32,20 @@ def derivatives() -> list[Row]:
         Row(f"derivatives/{name}", f"`{name}` of `GeometricCubic`, St(3,2)", seconds=seconds)
         for name, seconds in INTEGRALS.items()
     ]
-    return rows + integrals
+    return rows + integrals + [_minimal(shape) for shape in FREE]
+
+
+def _minimal(shape: tuple[int, int]) -> Row:
+    n, k = shape
+    cubic = Rival("stiefel_rs", "cubic", "the exact cubic", at_most=1.0, agree=None, best_of=False)
+    work = f"`GeometricPolynomial.minimal_cost`, degree {MINIMAL}, St({n},{k})"
+    return Row(f"derivatives/minimal_cost/{n},{k}", work, (cubic,))
+
+
+def start() -> list[Row]:
+    """A new process that imports the package: 20 ms are about 1.15 times the time of NumPy alone."""
+    numpy = Rival("stiefel_rs", "numpy", "`import numpy`", at_most=1.15, agree=None, best_of=False)
+    return [Row("import", "`import stiefel_rs` in a new process", (numpy,))]
 
 
 def _row(curve: str, shape: tuple[int, int], quantity: str, at_most: float) -> Row:

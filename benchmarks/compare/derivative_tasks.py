@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -11,7 +13,7 @@ import numpy as np
 from benchmarks import problems
 from benchmarks.compare import derivative_rows
 from benchmarks.compare.protocol import Task, Tasks
-from stiefel_rs import Curve, GeometricCubic, RiemannianCubic
+from stiefel_rs import Curve, GeometricCubic, GeometricPolynomial, RiemannianCubic
 
 # Type checkers do not see static methods of a class whose constructor never returns.
 Cubics: Any = RiemannianCubic
@@ -48,6 +50,23 @@ def _integral_task(name: str) -> Task:
     return Task(lambda: INTEGRALS[name](curve), result=lambda: np.zeros(0))
 
 
+def _minimal_task(n: int, k: int) -> Task:
+    b = problems.boundary(n, k)
+    data = (b.S0, b.V0, b.S1, b.V1)
+    found = partial(GeometricPolynomial.minimal_cost, *data, degree=derivative_rows.MINIMAL)
+    return Task(found, result=lambda: np.zeros(0))
+
+
+def _exact_task(n: int, k: int) -> Task:
+    b = problems.boundary(n, k)
+    return Task(lambda: Cubics.from_boundary(b.S0, b.V0, b.S1, b.V1), result=lambda: np.zeros(0))
+
+
+def _import_task(module: str) -> Task:
+    command = [sys.executable, "-c", f"import {module}"]
+    return Task(lambda: subprocess.run(command, check=True), result=lambda: np.zeros(0))
+
+
 def tasks() -> Tasks:
     """All of them."""
     found: Tasks = {}
@@ -60,6 +79,11 @@ def tasks() -> Tasks:
                 row = f"derivatives/{name}/{n},{k}/{quantity}"
                 found[f"{row}:ours"] = partial(_read_task, name, (n, k), quantity)
                 found[f"{row}:positions"] = partial(_read_task, name, (n, k), "positions")
+    for n, k in derivative_rows.FREE:
+        found[f"derivatives/minimal_cost/{n},{k}:ours"] = partial(_minimal_task, n, k)
+        found[f"derivatives/minimal_cost/{n},{k}:cubic"] = partial(_exact_task, n, k)
+    found["import:ours"] = partial(_import_task, "stiefel_rs")
+    found["import:numpy"] = partial(_import_task, "numpy")
     for name in INTEGRALS:
         found[f"derivatives/{name}:ours"] = partial(_integral_task, name)
     return found

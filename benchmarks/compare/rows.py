@@ -189,4 +189,14 @@ def all_rows() -> list[Row]:
     curves = _curves() + derivative_rows.derivatives() + _batches() + _riemannian() + _subspaces()
     cubics, splines, rotations = cubic_rows.cubics(), spline_rows.splines(), rotation_rows.rotations()
     gradients = gradient_rows.gradients()
-    return _exponentials() + _logarithms() + _complex() + curves + cubics + splines + rotations + gradients
+    return (
+        _exponentials()
+        + _logarithms()
+        + _complex()
+        + curves
+        + cubics
+        + splines
+        + rotations
+        + gradients
+        + derivative_rows.start()
+    )

@@ -38,12 +38,9 @@ from ._core import (
 from .boundary import BoundaryBatch
 from .curve_derivative import CurveDerivative
 from .errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
-from .lazy import FUNCTIONS as _FUNCTIONS
+from .lazy import MODULES as _MODULES
 from .lazy import SUBPACKAGES as _SUBPACKAGES
 from .lazy import attribute as _attribute
-from .pose import PoseSpline
-from .rotation import RotationSpline
-from .storage import load
 
 __version__ = _core.__VERSION__
 
@@ -98,6 +95,9 @@ if _typing.TYPE_CHECKING:
     from . import pymanopt as pymanopt
     from . import reproduce as reproduce
     from . import torch as torch
+    from .pose import PoseSpline
+    from .rotation import RotationSpline
+    from .storage import load
     from .trajectory_files import read_trajectory, read_tum, write_trajectory, write_tum
 else:
 
@@ -106,4 +106,4 @@ else:
         return found
 
     def __dir__():
-        return sorted({*globals(), *_FUNCTIONS, *_SUBPACKAGES})
+        return sorted({*globals(), *_MODULES, *_SUBPACKAGES})

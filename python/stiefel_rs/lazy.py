@@ -5,23 +5,31 @@ from __future__ import annotations
 import importlib
 from typing import Any, Final
 
-__all__ = ["FUNCTIONS", "SUBPACKAGES", "attribute"]
+__all__ = ["MODULES", "SUBPACKAGES", "attribute"]
 
 SUBPACKAGES: Final = ("dask", "explore", "jax", "plotting", "pymanopt", "reproduce", "torch")
-# The module of each function.
-FUNCTIONS: Final = dict.fromkeys(("read_trajectory", "read_tum", "write_trajectory", "write_tum"), "trajectory_files")
+# The module of each class or function.
+MODULES: Final = {
+    "PoseSpline": "pose",
+    "RotationSpline": "rotation",
+    "load": "storage",
+    "read_trajectory": "trajectory_files",
+    "read_tum": "trajectory_files",
+    "write_trajectory": "trajectory_files",
+    "write_tum": "trajectory_files",
+}
 
 
 def attribute(name: str) -> Any:
-    """Import a subpackage or a function.
+    """Import a subpackage, a class or a function.
 
     Raises
     ------
     AttributeError
         There is none of this name, or one of its dependencies is missing; `hasattr` and `help` then skip it.
     """
-    if name in FUNCTIONS:
-        return getattr(importlib.import_module(f"{__package__}.{FUNCTIONS[name]}"), name)
+    if name in MODULES:
+        return getattr(importlib.import_module(f"{__package__}.{MODULES[name]}"), name)
     if name in SUBPACKAGES:
         try:
             return importlib.import_module(f"{__package__}.{name}")

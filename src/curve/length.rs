@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::gauss_legendre::{PANEL, POINTS};
+use super::length_inverse::{Part, VALUES};
 use super::norms::{Evaluation, Norms};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -23,11 +24,8 @@ const MAX_HALVINGS: usize = 40;
 /// Maximal number of panels between two breakpoints.
 const MAX_PANELS: usize = 1 << 16;
 
-/// Number of intervals, or of lengths to invert, processed together on one thread.
+/// Number of intervals or panels processed together on one thread.
 const BLOCK: usize = 64;
-
-/// Maximal number of steps of the inversion in one panel; bisection alone needs 53.
-const MAX_STEPS: usize = 120;
 
 /// The lengths of consecutive panels, from the start of an interval.
 pub(super) struct Length {
@@ -43,6 +41,17 @@ struct Panel {
     /// Length before it.
     before: f64,
     length: f64,
+    speeds: [f64; VALUES],
+}
+
+/// The rule applied to an interval.
+struct Sampled {
+    length: f64,
+    /// A bound on the error caused by a corner between an end and the nearest node.
+    miss: f64,
+    /// The difference between the largest and the smallest speed.
+    variation: f64,
+    speeds: [f64; VALUES],
 }
 
 /// Allowed error of the length of a panel.
@@ -78,25 +87,24 @@ impl Rule {
         }
     }
 
-    /// The integral, a bound on its error caused by a corner between an end and the nearest node, and the variation of
-    /// the integrand.
+    /// The integral, with a guard against corners near an end.
     ///
     /// No node sees such a corner, but the polynomial through the nodes misses the value at the end by twice the slope
     /// times the distance of the corner from the end, and the integral by the slope times the square of that distance.
-    fn guarded(&self, a: f64, b: f64, speed: &mut Norms<impl Evaluation>) -> Result<[f64; 3]> {
-        let mut t = [a; POINTS + 2];
+    fn guarded(&self, a: f64, b: f64, speed: &mut Norms<impl Evaluation>) -> Result<Sampled> {
+        let mut t = [a; VALUES];
         t[1] = b;
         self.places_into(a, b, &mut t[2..]);
-        let mut values = [0.0; POINTS + 2];
-        speed.speeds(&t, &mut values)?;
-        let (ends, inner) = values.split_at(2);
+        let mut speeds = [0.0; VALUES];
+        speed.speeds(&t, &mut speeds)?;
+        let (ends, inner) = speeds.split_at(2);
         let (mut integral, mut at_start, mut at_end) = (0.0, 0.0, 0.0);
         for (place, value) in inner.iter().enumerate() {
             integral += self.weights[place] * value;
             at_end += self.continuation[place] * value;
             at_start += self.continuation[POINTS - 1 - place] * value;
         }
-        let (least, most) = values
+        let (least, most) = speeds
             .iter()
             .fold((f64::INFINITY, 0.0_f64), |(low, high), x| {
                 (low.min(*x), high.max(*x))
@@ -104,11 +112,12 @@ impl Rule {
         let miss = (at_start - ends[0]).abs().max((at_end - ends[1]).abs());
         // Distance of the outermost node from the end, as a fraction of the panel.
         let gap = 0.5 * (1.0 - self.nodes[0].abs());
-        Ok([
-            0.5 * (b - a) * integral,
-            0.5 * miss * gap * (b - a),
-            most - least,
-        ])
+        Ok(Sampled {
+            length: 0.5 * (b - a) * integral,
+            miss: 0.5 * miss * gap * (b - a),
+            variation: most - least,
+            speeds,
+        })
     }
 
     fn integral(&self, a: f64, b: f64, speed: &mut Norms<impl Evaluation>) -> Result<f64> {
@@ -187,8 +196,10 @@ impl Length {
                 self.panels_of([*from, *to], *length, &allowed, speed, interrupt)
             },
         )?;
-        for [start, end, length] in panels.into_iter().flatten() {
-            self.accept(start, end, length);
+        for panel in panels.into_iter().flatten() {
+            let before = self.total;
+            self.total += panel.length;
+            self.panels.push(Panel { before, ..panel });
         }
         if self.total.is_finite() {
             return Ok(());
@@ -196,7 +207,7 @@ impl Length {
         Err(Error::Overflow { quantity: "length" })
     }
 
-    /// Start, end and length of the panels of an interval, given an estimate of its length.
+    /// The panels of an interval, given an estimate of its length.
     fn panels_of<F: Evaluation>(
         &self,
         [from, to]: [f64; 2],
@@ -204,43 +215,40 @@ impl Length {
         allowed: &Allowed,
         speed: &mut Norms<F>,
         interrupt: Interrupt<'_>,
-    ) -> Result<Vec<[f64; 3]>> {
+    ) -> Result<Vec<Panel>> {
         let mut panels = Vec::new();
         let mut waiting = vec![(from, to, length, 0)];
         while let Some((a, b, length, halvings)) = waiting.pop() {
             interrupt.check(SOLVER)?;
             let middle = 0.5 * (a + b);
             let mut half = |a, b| self.rule.guarded(a, b, speed);
-            let [left_half, right_half] = [half(a, middle)?, half(middle, b)?];
-            let ([left, left_miss, left_change], [right, right_miss, right_change]) =
-                (left_half, right_half);
-            let change = (left + right - length).abs().max(left_miss).max(right_miss);
+            let (left, right) = (half(a, middle)?, half(middle, b)?);
+            let both = left.length + right.length;
+            let change = (both - length).abs().max(left.miss).max(right.miss);
             // Far from zero, the spacing of floating-point numbers limits the accuracy of the nodes.
             let spacing = f64::EPSILON * a.abs().max(b.abs());
-            let allowed = allowed.whole.max(TOLERANCE * (left + right))
+            let allowed = allowed.whole.max(TOLERANCE * both)
                 + allowed.noise * (b - a)
-                + spacing * (left_change + right_change);
+                + spacing * (left.variation + right.variation);
             if change <= allowed || middle <= a || middle >= b {
-                panels.extend([[a, middle, left], [middle, b, right]]);
+                for (start, end, half) in [(a, middle, left), (middle, b, right)] {
+                    panels.push(Panel {
+                        start,
+                        end,
+                        before: 0.0,
+                        length: half.length,
+                        speeds: half.speeds,
+                    });
+                }
                 continue;
             }
             if halvings == MAX_HALVINGS || panels.len() + waiting.len() >= MAX_PANELS {
                 return Err(not_converged(halvings, change, allowed));
             }
-            waiting.push((middle, b, right, halvings + 1));
-            waiting.push((a, middle, left, halvings + 1));
+            waiting.push((middle, b, right.length, halvings + 1));
+            waiting.push((a, middle, left.length, halvings + 1));
         }
         Ok(panels)
-    }
-
-    fn accept(&mut self, start: f64, end: f64, length: f64) {
-        self.panels.push(Panel {
-            start,
-            end,
-            before: self.total,
-            length,
-        });
-        self.total += length;
     }
 
     /// The length of the whole interval.
@@ -264,49 +272,70 @@ impl Length {
         speed: impl Fn() -> Result<Norms<F>> + Sync,
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<f64>> {
-        in_blocks(lengths, &speed, interrupt, |length, speed| {
-            self.invert(*length, speed)
-        })
+        let panels: Vec<usize> = lengths
+            .iter()
+            .map(|length| self.panel_of(*length))
+            .collect();
+        let mut wanted = panels.clone();
+        wanted.sort_unstable();
+        wanted.dedup();
+        let parts = in_blocks(&wanted, &speed, interrupt, |panel, speed| {
+            self.parts_of(&self.panels[*panel], speed, interrupt)
+        })?;
+        let parameter = |(length, panel): (&f64, &usize)| {
+            let known = wanted.partition_point(|other| other < panel);
+            self.parameter(*length, &self.panels[*panel], &parts[known])
+        };
+        Ok(lengths.iter().zip(&panels).map(parameter).collect())
     }
 
-    /// Newton's method, safeguarded by bisection.
-    fn invert<F: Evaluation>(&self, length: f64, speed: &mut Norms<F>) -> Result<f64> {
+    /// The panel that contains the point at a length from the start.
+    fn panel_of(&self, length: f64) -> usize {
         let ahead = self
             .panels
             .partition_point(|panel| panel.before + panel.length < length);
-        let panel = &self.panels[ahead.min(self.panels.len() - 1)];
-        let wanted = length - panel.before;
-        if wanted <= 0.0 || wanted >= panel.length {
-            return Ok(if wanted <= 0.0 {
-                panel.start
-            } else {
-                panel.end
-            });
-        }
-        let (mut low, mut high) = (panel.start, panel.end);
-        let mut t = low + (high - low) * wanted / panel.length;
-        for _ in 0..MAX_STEPS {
-            let excess = self.rule.integral(panel.start, t, speed)? - wanted;
-            if excess > 0.0 {
-                high = t;
-            } else {
-                low = t;
+        ahead.min(self.panels.len() - 1)
+    }
+
+    /// A panel in parts on which the speed is a polynomial, to the accuracy of the whole length.
+    fn parts_of(
+        &self,
+        panel: &Panel,
+        speed: &mut Norms<impl Evaluation>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<Part>> {
+        let mut parts = Vec::new();
+        let mut waiting = vec![(panel.start, panel.end, panel.speeds)];
+        while let Some((a, b, speeds)) = waiting.pop() {
+            interrupt.check(SOLVER)?;
+            let part = Part::new([a, b], &speeds);
+            let middle = 0.5 * (a + b);
+            let allowed = TOLERANCE * self.total;
+            let is_full = parts.len() + waiting.len() >= MAX_PANELS;
+            if part.error() <= allowed || middle <= a || middle >= b || is_full {
+                parts.push(part);
+                continue;
             }
-            let newton = t - excess / speed.speed(t)?;
-            let spacing = 2.0 * f64::EPSILON * t.abs().max(panel.end - panel.start);
-            if excess.abs() <= f64::EPSILON * self.total || (newton - t).abs() <= spacing {
-                break;
-            }
-            t = if low < newton && newton < high {
-                newton
-            } else {
-                0.5 * (low + high)
-            };
-            if high - low <= spacing {
-                break;
+            for [a, b] in [[middle, b], [a, middle]] {
+                waiting.push((a, b, self.rule.guarded(a, b, speed)?.speeds));
             }
         }
-        Ok(t)
+        Ok(parts)
+    }
+
+    /// The parameter at a length from the start, in a panel with the given parts.
+    fn parameter(&self, length: f64, panel: &Panel, parts: &[Part]) -> f64 {
+        let mut wanted = length - panel.before;
+        if wanted <= 0.0 {
+            return panel.start;
+        }
+        for part in parts {
+            if wanted < part.total() {
+                return part.parameter(wanted, f64::EPSILON * self.total);
+            }
+            wanted -= part.total();
+        }
+        panel.end
     }
 }
 

@@ -23,6 +23,7 @@ pub mod geodesic_polynomial;
 pub mod geometric_cubic;
 mod horizontal_lift;
 mod length;
+mod length_inverse;
 pub mod minimal_cost;
 pub(crate) mod nodes;
 mod norms;

@@ -105,16 +105,6 @@ impl<F: Evaluation> Norms<F> {
         Ok(())
     }
 
-    /// The velocity's norm at one parameter.
-    ///
-    /// # Errors
-    /// As [`Norms::read`].
-    pub(super) fn speed(&mut self, t: f64) -> Result<f64> {
-        let mut out = [0.0];
-        self.speeds(&[t], &mut out)?;
-        Ok(out[0])
-    }
-
     fn single(&self, jet: &Jet, order: usize) -> Result<Norm> {
         let s = jet.c[0].as_ref();
         let length = |vector: MatRef<'_, f64>| self.manifold.norm_along(self.result, s, vector);

@@ -222,6 +222,9 @@ impl Value for () {
     fn put(&self, _: &mut [f64]) {}
 }
 
+/// A function of one member of several batches, which writes its value.
+type Member = dyn Fn(&[Batch], usize, &mut [f64], Interrupt<'_>) -> Result<()> + Send + Sync;
+
 /// Applies `member` to every member of a batch, in parallel if worthwhile; the results, of shape `core` each, have the
 /// leading axes of the batch. If several members fail, the error of the first is returned.
 pub fn map_batch<const N: usize>(
@@ -229,6 +232,19 @@ pub fn map_batch<const N: usize>(
     batches: [Batch; N],
     core: &[usize],
     member: impl Fn([&Batch; N], usize, &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
+) -> PyResult<Array> {
+    let member = move |batches: &[Batch], i: usize, out: &mut [f64], interrupt: Interrupt<'_>| {
+        member(std::array::from_fn(|b| &batches[b]), i, out, interrupt)
+    };
+    map_members(call, batches.into(), core, Box::new(member))
+}
+
+/// [`map_batch`], compiled once for all functions.
+fn map_members(
+    call: &Call<'_>,
+    batches: Vec<Batch>,
+    core: &[usize],
+    member: Box<Member>,
 ) -> PyResult<Array> {
     let (len, lead) = (batches[0].len(), batches[0].shape.clone());
     let size = core
@@ -246,7 +262,7 @@ pub fn map_batch<const N: usize>(
         out.resize(total, 0.0);
         let one = |i: usize, target: &mut [f64]| {
             interrupt.check("batch")?;
-            member(batches.each_ref(), i, target, interrupt)?;
+            member(&batches, i, target, interrupt)?;
             // Free of branches in the loop over the entries.
             match target.iter().fold(true, |all, x| all & x.is_finite()) {
                 true => Ok(()),

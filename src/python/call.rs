@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use faer::{Mat, MatRef};
@@ -96,7 +96,10 @@ impl<'py> Call<'py> {
     /// Runs work of a fraction of a second in place, without the GIL; it may borrow.
     pub fn run_here<T: Send>(&self, work: impl FnOnce() -> T + Send) -> PyResult<T> {
         let pool = self.num_threads.map(pool_of).transpose()?;
-        Ok(self.py.detach(|| run_in(pool.as_deref(), work)))
+        let (mut work, mut result) = (Some(work), None);
+        let mut job = || result = work.take().map(|work| work());
+        self.py.detach(|| run_in(pool.as_deref(), &mut job));
+        result.ok_or_else(died)
     }
 
     /// Runs `work` without the GIL and returns its result.
@@ -105,11 +108,30 @@ impl<'py> Call<'py> {
         work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
     ) -> PyResult<T> {
         let pool = self.num_threads.map(pool_of).transpose()?;
-        match self.is_long() {
-            true => self.py.detach(|| run_watched(pool, work)),
-            false => self.py.detach(|| run_in_place(pool.as_deref(), work)),
+        if self.is_long() {
+            let result = Arc::new(Mutex::new(None));
+            let out = Arc::clone(&result);
+            let job = Box::new(move |interrupt: Interrupt<'_>| {
+                let value = work(interrupt);
+                *unpoisoned(&out) = Some(value);
+            });
+            self.py.detach(|| run_watched(pool, job))?;
+            let result = unpoisoned(&result).take();
+            return result.ok_or_else(died);
         }
+        let (mut work, mut result) = (Some(work), None);
+        let mut job = |interrupt: Interrupt<'_>| result = work.take().map(|work| work(interrupt));
+        self.py.detach(|| run_in_place(pool.as_deref(), &mut job))?;
+        result.ok_or_else(died)
     }
+}
+
+fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn died() -> PyErr {
+    failed(&"a worker thread died")
 }
 
 /// [`Call::run`] on rayon's global pool.
@@ -139,11 +161,12 @@ pub fn run_on<T: Send + 'static, const N: usize>(
 /// Number of polls between two readings of the clock, which would cost as much as a short piece of work.
 const QUESTIONS: u32 = 64;
 
-/// Runs work in place that occasionally polls for Ctrl-C, in case it takes longer than estimated.
-fn run_in_place<T: Send>(
+/// Runs a job in place that occasionally polls for Ctrl-C, in case it takes longer than estimated. Jobs of all types are
+/// run by the same code: compiled for each of them, the module would have 4 MB more.
+fn run_in_place(
     pool: Option<&ThreadPool>,
-    work: impl FnOnce(Interrupt<'_>) -> T + Send,
-) -> PyResult<T> {
+    job: &mut (dyn FnMut(Interrupt<'_>) + Send),
+) -> PyResult<()> {
     let (caller, questions) = (std::thread::current().id(), AtomicU32::new(1));
     // Time of the last check, and the signal that it found.
     let looked = Mutex::new((Instant::now(), None));
@@ -153,30 +176,30 @@ fn run_in_place<T: Send>(
         if !asked.is_multiple_of(QUESTIONS) || std::thread::current().id() != caller {
             return false;
         }
-        let mut looked = looked.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut looked = unpoisoned(&looked);
         if looked.1.is_none() && looked.0.elapsed() >= POLL {
             let signal = Python::attach(|py| py.check_signals()).err();
             *looked = (Instant::now(), signal);
         }
         looked.1.is_some()
     };
-    let result = run_in(pool, || work(Interrupt::new(&question)));
+    run_in(pool, &mut || job(Interrupt::new(&question)));
     let (_, signal) = looked.into_inner().unwrap_or_else(PoisonError::into_inner);
-    signal.map_or(Ok(result), Err)
+    signal.map_or(Ok(()), Err)
 }
 
-/// Runs `work` in a pool, or in place, where rayon's global pool serves it.
-fn run_in<T: Send>(pool: Option<&ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
+/// Runs a job in a pool, or in place, where rayon's global pool serves it.
+fn run_in(pool: Option<&ThreadPool>, job: &mut (dyn FnMut() + Send)) {
     match pool {
-        Some(pool) => pool.install(work),
-        None => work(),
+        Some(pool) => pool.install(job),
+        None => job(),
     }
 }
 
 /// The pool of a given size, created once, so that calls do not pay for starting threads.
 fn pool_of(threads: usize) -> PyResult<Arc<ThreadPool>> {
     static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
-    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut pools = unpoisoned(&POOLS);
     if let Some(pool) = pools.get(&threads) {
         return Ok(Arc::clone(pool));
     }
@@ -190,30 +213,35 @@ fn failed(error: &dyn std::fmt::Display) -> PyErr {
     PyRuntimeError::new_err(error.to_string())
 }
 
-/// Runs work on another thread while this one, which may be the main thread, checks for signals.
+/// Runs a job on another thread while this one, which may be the main thread, checks for signals.
 ///
 /// The worker owns its data: after Ctrl-C this call returns at once, while the worker stops at its next check, or after
 /// the current factorisation, and drops its result.
-fn run_watched<T: Send + 'static>(
+fn run_watched(
     pool: Option<Arc<ThreadPool>>,
-    work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
-) -> PyResult<T> {
+    job: Box<dyn FnOnce(Interrupt<'_>) + Send>,
+) -> PyResult<()> {
     let stop = Arc::new(AtomicBool::new(false));
     let (sender, receiver) = channel();
     let asked = Arc::clone(&stop);
     let worker = move || {
         let question = || asked.load(Ordering::Relaxed);
-        let result = run_in(pool.as_deref(), || work(Interrupt::new(&question)));
+        let mut job = Some(job);
+        run_in(pool.as_deref(), &mut || {
+            if let Some(job) = job.take() {
+                job(Interrupt::new(&question));
+            }
+        });
         // The receiver is gone if the call was interrupted.
-        let _ = sender.send(result);
+        let _ = sender.send(());
     };
     std::thread::Builder::new()
         .spawn(worker)
         .map_err(|error| failed(&error))?;
     loop {
         match receiver.recv_timeout(POLL) {
-            Ok(result) => return Ok(result),
-            Err(RecvTimeoutError::Disconnected) => return Err(failed(&"a worker thread died")),
+            Ok(()) => return Ok(()),
+            Err(RecvTimeoutError::Disconnected) => return Err(died()),
             Err(RecvTimeoutError::Timeout) => {
                 if let Err(signal) = Python::attach(|py| py.check_signals()) {
                     stop.store(true, Ordering::Relaxed);

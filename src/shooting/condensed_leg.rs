@@ -26,7 +26,7 @@ pub(super) struct CondensedLeg<'a, T> {
 /// Buffers shared by all legs.
 #[derive(Clone)]
 pub(super) struct Condensing<T: Field> {
-    variation: Variation<2, T>,
+    variation: Variation<T>,
     conditions: Vec<T>,
     acceleration: Vec<T>,
 }
@@ -35,7 +35,7 @@ impl<T: Field> Condensing<T> {
     pub(super) fn new(space: impl Homogeneous, terms: usize) -> Self {
         let d = space.dim();
         Condensing {
-            variation: Variation::new(space, terms),
+            variation: Variation::new(space, 2, terms),
             conditions: vec![T::ZERO; 9 * d * d],
             acceleration: vec![T::ZERO; 3 * d * d],
         }
@@ -77,7 +77,7 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
             acceleration,
         } = condensing;
         set_equations(space, leg, terms, scratch, variation, conditions);
-        let [_, slope] = &variation.ends;
+        let slope = &variation.ends[1];
         factor(wide, conditions);
         self.inverse.fill(T::ZERO);
         for i in 0..wide {

@@ -9,12 +9,12 @@ use crate::space::Homogeneous;
 /// changes at both ends caused by the middle stay in `variation`; those of `x` and `x'` include the rotation of the
 /// frame reached.
 #[inline(always)]
-pub(super) fn set_equations<const N: usize, T: Field>(
+pub(super) fn set_equations<T: Field>(
     space: impl Homogeneous,
     leg: &Leg<'_, T>,
     terms: usize,
     scratch: &mut Scratch<T>,
-    variation: &mut Variation<N, T>,
+    variation: &mut Variation<T>,
     matrix: &mut [T],
 ) {
     let (d, wide) = (space.dim(), 3 * space.dim());
@@ -23,7 +23,7 @@ pub(super) fn set_equations<const N: usize, T: Field>(
     series.set_frames(space, terms + 3);
     variation.set(space, series, leg.tension, terms);
     let Variation { ends, eta, .. } = variation;
-    for (reached, ends) in leg.reached.iter().zip(&mut *ends) {
+    for (reached, ends) in leg.reached.iter().zip(ends.iter_mut()) {
         space.add_turning(reached, eta, wide, &mut ends[1]);
     }
     let [first, last] = &ends[0];

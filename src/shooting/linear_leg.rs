@@ -100,7 +100,7 @@ impl<T: Field> LinearLeg<T> {
         series.set_turns(space, order + 2);
         let integral = Antiderivative::of(order / 2 + 6);
         let nodes: Vec<Node> = integral.nodes.iter().map(|s| (s - 0.5, 0.0)).collect();
-        let mut variation = Variation::<3, T>::with_nodes(space, order, Cow::Owned(nodes));
+        let mut variation = Variation::<T>::with_nodes(space, 3, order, Cow::Owned(nodes));
         variation.set_changes(space, &series, tension, order);
         let frames = series.frames[..(order + 3) * turn_size(space)].to_vec();
         let rates = rates(space, &frames, &integral, &variation);
@@ -124,7 +124,8 @@ impl<T: Field> LinearLeg<T> {
                 let map = |end: usize| {
                     let mut eta = vec![T::ZERO; (d + h) * 4 * d];
                     leg.eta_into(space, [-0.5, 0.5][end], &mut eta);
-                    let changes = variation.ends.each_ref().map(|ends| ends[end].as_slice());
+                    let changes =
+                        std::array::from_fn(|order| variation.ends[order][end].as_slice());
                     by_middle(space, &eta, &states[end], changes)
                 };
                 let tau = tension.unwrap_or(T::ZERO);
@@ -300,7 +301,7 @@ fn rates<T: Field>(
     space: impl Homogeneous,
     frames: &[T],
     integral: &Antiderivative,
-    variation: &Variation<3, T>,
+    variation: &Variation<T>,
 ) -> Vec<T> {
     let (d, h, square) = (space.dim(), space.isotropy_dim(), space.size().pow(2));
     let count = (d + h) * 3 * d;

@@ -36,7 +36,7 @@ pub(super) struct Stiffness<T> {
 pub(super) struct StiffnessScratch<T: Field> {
     /// Number of terms of the series of the derivative, after the three given ones.
     pub(super) terms: usize,
-    variation: Variation<3, T>,
+    variation: Variation<T>,
     direct: Vec<T>,
     vectors: Vec<T>,
     /// Changes caused by the residuals of the point and of the last velocity, shape `(4 d, 2 d)`, and by a displacement
@@ -51,7 +51,7 @@ impl<T: Field> StiffnessScratch<T> {
         let zeros = |count: usize| vec![T::ZERO; count];
         StiffnessScratch {
             terms,
-            variation: Variation::new(space, terms),
+            variation: Variation::new(space, 3, terms),
             direct: zeros((d + space.isotropy_dim()) * d),
             vectors: zeros((2 * square).max(2 * d * d)),
             by_last: zeros(8 * d * d),
@@ -85,7 +85,7 @@ impl<T: Field> Stiffness<T> {
         let terms = own.terms.min(leg.order);
         let variation = &mut own.variation;
         set_equations(space, leg, terms, scratch, variation, &mut self.factors);
-        let [_, slope, bend] = &variation.ends;
+        let (slope, bend) = (&variation.ends[1], &variation.ends[2]);
         factor(wide, &mut self.factors);
         let block = wide * d;
         let outputs = &mut self.by_equations;

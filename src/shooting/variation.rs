@@ -51,9 +51,9 @@ fn nodes(terms: usize) -> &'static [Node] {
 
 /// Changes at the ends as functions of changes of `x, x', x''` at the middle, `3 d` columns each, in row-major order.
 #[derive(Clone)]
-pub(super) struct Variation<const N: usize, T: Field> {
-    /// Changes of `x` and of its derivatives at the first and the last end, shape `(d, 3 d)`.
-    pub(super) ends: [[Vec<T>; 2]; N],
+pub(super) struct Variation<T: Field> {
+    /// Changes of `x` and of its derivatives at the first and the last end, shape `(d, 3 d)`, by order.
+    pub(super) ends: Vec<[Vec<T>; 2]>,
     /// Change of the frame at the last end relative to the one at the first, `g eta`: coordinates of `m` before those
     /// of `h`.
     pub(super) eta: Vec<T>,
@@ -73,14 +73,17 @@ pub(super) struct Variation<const N: usize, T: Field> {
     work: Vec<T>,
 }
 
-impl<const N: usize, T: Field> Variation<N, T> {
-    /// Allocates `terms + 3` coefficients.
-    pub(super) fn new(space: impl Homogeneous, terms: usize) -> Self {
-        Self::with_nodes(space, terms, Cow::Borrowed(nodes(terms)))
+impl<T: Field> Variation<T> {
+    /// Allocates `terms + 3` coefficients, and the changes of `x` and of its derivatives below an order at the ends.
+    ///
+    /// The order is not part of the type: compiled for each, the kernels would take a megabyte more.
+    pub(super) fn new(space: impl Homogeneous, order: usize, terms: usize) -> Self {
+        Self::with_nodes(space, order, terms, Cow::Borrowed(nodes(terms)))
     }
 
     pub(super) fn with_nodes(
         space: impl Homogeneous,
+        order: usize,
         terms: usize,
         nodes: Cow<'static, [Node]>,
     ) -> Self {
@@ -93,7 +96,7 @@ impl<const N: usize, T: Field> Variation<N, T> {
         let columns = |count: usize| vec![T::Columns::ZERO; count];
         let wide = || std::array::from_fn(|_| zeros(3 * d * d));
         Variation {
-            ends: std::array::from_fn(|_| wide()),
+            ends: (0..order).map(|_| wide()).collect(),
             eta: zeros((d + h) * 3 * d),
             terms: columns((terms + 3) * d),
             matrices: columns((terms + 3) * square),
@@ -109,9 +112,6 @@ impl<const N: usize, T: Field> Variation<N, T> {
 
     /// Computes the variation from `terms` terms after the three given ones of a series that has as many, and the
     /// tension of the curve.
-    ///
-    /// Compiled once instead of into every caller.
-    #[inline(never)]
     pub(super) fn set(
         &mut self,
         space: impl Homogeneous,
@@ -119,16 +119,13 @@ impl<const N: usize, T: Field> Variation<N, T> {
         tension: Option<T>,
         terms: usize,
     ) {
-        vectorised(
-            #[inline(always)]
-            || {
-                self.set_columns(space, series, tension, terms);
-                self.set_eta(space, series, terms);
-            },
-        );
+        self.set_changes(space, series, tension, terms);
+        self.set_eta(space, series, terms);
     }
 
     /// Computes only the changes at the ends and at the nodes.
+    ///
+    /// Compiled once instead of into every caller.
     #[inline(never)]
     pub(super) fn set_changes(
         &mut self,
@@ -185,17 +182,22 @@ impl<const N: usize, T: Field> Variation<N, T> {
         }
     }
 
-    #[inline(always)]
+    /// Computes the change of the frame, after the changes at the nodes.
+    #[inline(never)]
     fn set_eta(&mut self, space: impl Homogeneous, series: &Series<T>, terms: usize) {
-        let (d, h) = (space.dim(), space.isotropy_dim());
-        let wide = 3 * d;
-        self.set_adjoints(space, series, terms + 4);
-        self.eta.fill(T::ZERO);
-        let adjoints = self.adjoints.chunks_exact((d + h) * d);
-        let at_nodes = self.at_nodes.chunks_exact(d * wide);
-        for (adjoint, at_node) in adjoints.zip(at_nodes) {
-            accumulate(adjoint, d, at_node, wide, &mut self.eta);
-        }
+        vectorised(
+            #[inline(always)]
+            || {
+                let (d, h) = (space.dim(), space.isotropy_dim());
+                self.set_adjoints(space, series, terms + 4);
+                self.eta.fill(T::ZERO);
+                let adjoints = self.adjoints.chunks_exact((d + h) * d);
+                let at_nodes = self.at_nodes.chunks_exact(d * 3 * d);
+                for (adjoint, at_node) in adjoints.zip(at_nodes) {
+                    accumulate(adjoint, d, at_node, 3 * d, &mut self.eta);
+                }
+            },
+        );
     }
 
     /// Coefficients of the change of `x` for changes of the three given coefficients, for a few columns from `column`
