@@ -169,7 +169,7 @@ CALLS: Final[dict[str, Callable[[], Call]]] = {
     "arc_length": lambda: partial(hermite().arc_length),
     "cost": lambda: partial(hermite().cost),
     "derivative_bounds": lambda: partial(hermite().derivative_bounds),
-    "resample": lambda: partial(hermite().resample, 1_000_000),
+    "resample": lambda: partial(hermite().resample, 10_000_000),
     "boundary": lambda: partial(RiemannianCubic.from_boundary, *ends(120, 30, 3.0)),
     "all_found": lambda: partial(RiemannianCubic.from_boundary, *ends(30, 10, 3.0), all_found=True),
     "minimal_cost": lambda: partial(GeometricPolynomial.minimal_cost, *ends(30, 10)),

@@ -1,7 +1,8 @@
 """`python -m benchmarks.logarithms`: logarithms of random pairs beside the shortest geodesic of 50 random starts.
 
-Random points are beyond the injectivity radius. The other method is the algebraic one, from random completions: the logarithm of an orthogonal matrix whose first
-columns are given is made horizontal by rotating the others.
+Most pairs of random points are farther apart than the injectivity radius. The other method is the algebraic one, from
+random completions: the logarithm of an orthogonal matrix whose first columns are given is made horizontal by rotating
+the others. The shapes have fewer columns than rows.
 
 Source: Zimmermann (2017), "A matrix-algebraic algorithm for the Riemannian logarithm on the Stiefel manifold under the
 canonical metric", SIAM J. Matrix Anal. Appl. 38, 322-342, algorithm 3.1.
@@ -66,7 +67,10 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=2000, help="pairs of each shape")
     parser.add_argument("--shapes", nargs="*", default=[f"{n},{k}" for n, k in SHAPES])
     options = parser.parse_args()
-    for n, k in (tuple(int(x) for x in shape.split(",")) for shape in options.shapes):
+    shapes = [[int(x) for x in shape.split(",")] for shape in options.shapes]
+    if any(k >= n for n, k in shapes):
+        parser.error("--shapes: n,k with k < n")
+    for n, k in shapes:
         rng = np.random.default_rng([21, n, k])
         points = np.linalg.qr(rng.standard_normal((2 * options.pairs, n, k)))[0]
         manifold = Stiefel(n, k)

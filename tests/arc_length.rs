@@ -2,9 +2,12 @@
 
 mod common;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use common::{Boundary, Rng, assert_within, distance, random_point, random_tangent};
 use faer::{Mat, MatRef, mat};
 use stiefel_rs::curve::ArcLength;
+use stiefel_rs::linalg::jet::Jet;
 use stiefel_rs::spline::{EndConditions, SplineOptions, geometric_hermite, geometric_spline};
 use stiefel_rs::{Curve, Error, GeometricCubic, Interrupt, QuasiGeodesic, Retraction, Stiefel};
 
@@ -240,4 +243,79 @@ fn bad_input_is_refused() {
     let stop = || true;
     let stopped = ArcLength::of(&curve, Interrupt::new(&stop));
     assert!(matches!(stopped, Err(Error::Interrupted { .. })));
+}
+
+/// Counts the evaluations of a curve.
+struct Counted<C> {
+    curve: C,
+    evaluations: AtomicUsize,
+}
+
+impl<C: Curve> Curve for Counted<C> {
+    type Workspace = C::Workspace;
+
+    fn n(&self) -> usize {
+        self.curve.n()
+    }
+
+    fn k(&self) -> usize {
+        self.curve.k()
+    }
+
+    fn t_span(&self) -> (f64, f64) {
+        self.curve.t_span()
+    }
+
+    fn breakpoints(&self) -> Vec<f64> {
+        self.curve.breakpoints()
+    }
+
+    fn frame(&self) -> Option<MatRef<'_, f64>> {
+        self.curve.frame()
+    }
+
+    fn workspace(&self) -> C::Workspace {
+        self.curve.workspace()
+    }
+
+    fn coordinates_into(
+        &self,
+        t: f64,
+        order: usize,
+        work: &mut C::Workspace,
+        out: &mut Jet,
+    ) -> Result<(), Error> {
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        self.curve.coordinates_into(t, order, work, out)
+    }
+}
+
+fn evaluations_of_resampling(curve: impl Curve) -> usize {
+    let curve = Counted {
+        curve,
+        evaluations: AtomicUsize::new(0),
+    };
+    let length = ArcLength::of(&curve, Interrupt::NEVER).unwrap();
+    let t = length.equal(100).unwrap();
+    assert!(t.windows(2).all(|pair| pair[0] <= pair[1]));
+    curve.evaluations.load(Ordering::Relaxed)
+}
+
+/// Speeds are then known to a few digits only, and halving panels does not make them smoother.
+#[test]
+fn round_off_of_speeds_does_not_cause_more_evaluations() {
+    // One evaluation takes a microsecond or more. Without regard for round-off, these take hundreds of thousands.
+    const MOST: usize = 20_000;
+    let short = Boundary::random((3, 2), 1e-10, 2e-10, &mut Rng::new(5)).curve();
+    let found = evaluations_of_resampling(short);
+    assert!(found < MOST, "short: {found}");
+    let t: Vec<f64> = (0..8)
+        .map(|i| 2.0_f64.powi(30) + 0.1 * f64::from(i))
+        .collect();
+    let angles = [0.0, 0.4, 0.5, 1.1, 1.0, 1.6, 1.7, 2.5];
+    let points: Vec<Mat<f64>> = angles.iter().map(|angle| on_circle(*angle)).collect();
+    let options = SplineOptions::default();
+    let far = geometric_spline(&t, &views(&points), &EndConditions::Natural, &options);
+    let found = evaluations_of_resampling(far.unwrap().0);
+    assert!(found < MOST, "far: {found}");
 }

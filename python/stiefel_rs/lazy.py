@@ -21,7 +21,7 @@ MODULES: Final = {
 
 
 def attribute(name: str) -> Any:
-    """Import a subpackage, a class or a function.
+    """Import a subpackage, a module, a class or a function.
 
     Raises
     ------
@@ -30,6 +30,8 @@ def attribute(name: str) -> Any:
     """
     if name in MODULES:
         return getattr(importlib.import_module(f"{__package__}.{MODULES[name]}"), name)
+    if name in MODULES.values():
+        return importlib.import_module(f"{__package__}.{name}")
     if name in SUBPACKAGES:
         try:
             return importlib.import_module(f"{__package__}.{name}")

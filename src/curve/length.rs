@@ -24,14 +24,19 @@ const MAX_HALVINGS: usize = 40;
 /// Maximal number of panels between two breakpoints.
 const MAX_PANELS: usize = 1 << 16;
 
-/// Number of intervals or panels processed together on one thread.
+/// Maximal number of parts of a panel for the inversion. A corner takes some forty.
+const MAX_PARTS: usize = 1 << 10;
+
+/// Number of intervals or panels, and of lengths to invert, processed together on one thread.
 const BLOCK: usize = 64;
+const LENGTHS: usize = 4096;
 
 /// The lengths of consecutive panels, from the start of an interval.
 pub(super) struct Length {
     rule: Rule,
     panels: Vec<Panel>,
     total: f64,
+    allowed: Allowed,
 }
 
 /// A part of the interval on which a single application of the rule is accurate.
@@ -41,6 +46,7 @@ struct Panel {
     /// Length before it.
     before: f64,
     length: f64,
+    /// In the order of [`VALUES`].
     speeds: [f64; VALUES],
 }
 
@@ -55,11 +61,21 @@ struct Sampled {
 }
 
 /// Allowed error of the length of a panel.
+#[derive(Clone, Copy, Default)]
 struct Allowed {
     /// For any panel.
     whole: f64,
     /// Per unit of the panel's parameter length.
     noise: f64,
+}
+
+impl Allowed {
+    /// For a panel with the given ends and difference between its largest and its smallest speed.
+    fn on(self, [a, b]: [f64; 2], variation: f64) -> f64 {
+        // Far from zero, the spacing of floating-point numbers limits the accuracy of the nodes.
+        let spacing = f64::EPSILON * a.abs().max(b.abs());
+        self.whole + self.noise * (b - a) + spacing * variation
+    }
 }
 
 /// A quadrature rule.
@@ -104,18 +120,13 @@ impl Rule {
             at_end += self.continuation[place] * value;
             at_start += self.continuation[POINTS - 1 - place] * value;
         }
-        let (least, most) = speeds
-            .iter()
-            .fold((f64::INFINITY, 0.0_f64), |(low, high), x| {
-                (low.min(*x), high.max(*x))
-            });
         let miss = (at_start - ends[0]).abs().max((at_end - ends[1]).abs());
         // Distance of the outermost node from the end, as a fraction of the panel.
         let gap = 0.5 * (1.0 - self.nodes[0].abs());
         Ok(Sampled {
             length: 0.5 * (b - a) * integral,
             miss: 0.5 * miss * gap * (b - a),
-            variation: most - least,
+            variation: variation(&speeds),
             speeds,
         })
     }
@@ -154,6 +165,7 @@ impl Length {
             rule: Rule::new(),
             panels: Vec::new(),
             total: 0.0,
+            allowed: Allowed::default(),
         };
         let inner = breakpoints.into_iter();
         let mut ends: Vec<f64> = inner.filter(|t| start < *t && *t < end).collect();
@@ -183,7 +195,7 @@ impl Length {
             Some(end) if *end > start => ROUND_OFF / (end - start),
             _ => 0.0,
         };
-        let allowed = Allowed {
+        self.allowed = Allowed {
             whole: TOLERANCE * whole,
             noise,
         };
@@ -192,9 +204,7 @@ impl Length {
             &estimates,
             &speed,
             interrupt,
-            |([from, to], length), speed| {
-                self.panels_of([*from, *to], *length, &allowed, speed, interrupt)
-            },
+            |([from, to], length), speed| self.panels_of([*from, *to], *length, speed, interrupt),
         )?;
         for panel in panels.into_iter().flatten() {
             let before = self.total;
@@ -212,7 +222,6 @@ impl Length {
         &self,
         [from, to]: [f64; 2],
         length: f64,
-        allowed: &Allowed,
         speed: &mut Norms<F>,
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<Panel>> {
@@ -225,11 +234,11 @@ impl Length {
             let (left, right) = (half(a, middle)?, half(middle, b)?);
             let both = left.length + right.length;
             let change = (both - length).abs().max(left.miss).max(right.miss);
-            // Far from zero, the spacing of floating-point numbers limits the accuracy of the nodes.
-            let spacing = f64::EPSILON * a.abs().max(b.abs());
-            let allowed = allowed.whole.max(TOLERANCE * both)
-                + allowed.noise * (b - a)
-                + spacing * (left.variation + right.variation);
+            let allowed = Allowed {
+                whole: self.allowed.whole.max(TOLERANCE * both),
+                ..self.allowed
+            };
+            let allowed = allowed.on([a, b], left.variation + right.variation);
             if change <= allowed || middle <= a || middle >= b {
                 for (start, end, half) in [(a, middle, left), (middle, b, right)] {
                     panels.push(Panel {
@@ -286,7 +295,16 @@ impl Length {
             let known = wanted.partition_point(|other| other < panel);
             self.parameter(*length, &self.panels[*panel], &parts[known])
         };
-        Ok(lengths.iter().zip(&panels).map(parameter).collect())
+        let some = |(lengths, panels): (&[f64], &[usize])| -> Result<Vec<f64>> {
+            interrupt.check(SOLVER)?;
+            Ok(lengths.iter().zip(panels).map(parameter).collect())
+        };
+        if lengths.len() <= LENGTHS {
+            return some((lengths, &panels));
+        }
+        let blocks = lengths.par_chunks(LENGTHS).zip(panels.par_chunks(LENGTHS));
+        let found: Vec<Vec<f64>> = blocks.map(some).collect::<Result<_>>()?;
+        Ok(found.into_iter().flatten().collect())
     }
 
     /// The panel that contains the point at a length from the start.
@@ -297,7 +315,8 @@ impl Length {
         ahead.min(self.panels.len() - 1)
     }
 
-    /// A panel in parts on which the speed is a polynomial, to the accuracy of the whole length.
+    /// A panel in parts on which the speed is a polynomial, to the accuracy of the whole length or to the round-off of
+    /// the speeds: below that, halving would not end.
     fn parts_of(
         &self,
         panel: &Panel,
@@ -310,8 +329,8 @@ impl Length {
             interrupt.check(SOLVER)?;
             let part = Part::new([a, b], &speeds);
             let middle = 0.5 * (a + b);
-            let allowed = TOLERANCE * self.total;
-            let is_full = parts.len() + waiting.len() >= MAX_PANELS;
+            let allowed = self.allowed.on([a, b], variation(&speeds));
+            let is_full = parts.len() + waiting.len() >= MAX_PARTS;
             if part.error() <= allowed || middle <= a || middle >= b || is_full {
                 parts.push(part);
                 continue;
@@ -337,6 +356,14 @@ impl Length {
         }
         panel.end
     }
+}
+
+/// The difference between the largest and the smallest speed.
+fn variation(speeds: &[f64]) -> f64 {
+    let [low, high] = speeds.iter().fold([f64::INFINITY, 0.0], |[low, high], x| {
+        [x.min(low), x.max(high)]
+    });
+    high - low
 }
 
 /// Applies `work` to each item, with blocks of items on one thread each.

@@ -131,7 +131,7 @@ fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 fn died() -> PyErr {
-    failed(&"a worker thread died")
+    failed(&"a call ended without a result")
 }
 
 /// [`Call::run`] on rayon's global pool.
@@ -161,8 +161,8 @@ pub fn run_on<T: Send + 'static, const N: usize>(
 /// Number of polls between two readings of the clock, which would cost as much as a short piece of work.
 const QUESTIONS: u32 = 64;
 
-/// Runs a job in place that occasionally polls for Ctrl-C, in case it takes longer than estimated. Jobs of all types are
-/// run by the same code: compiled for each of them, the module would have 4 MB more.
+/// Runs a job in place that occasionally polls for Ctrl-C, in case it takes longer than estimated. Jobs of all types
+/// are run by the same code: compiled for each of them, the module would have 4 MB more.
 fn run_in_place(
     pool: Option<&ThreadPool>,
     job: &mut (dyn FnMut(Interrupt<'_>) + Send),

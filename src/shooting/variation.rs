@@ -74,16 +74,16 @@ pub(super) struct Variation<T: Field> {
 }
 
 impl<T: Field> Variation<T> {
-    /// Allocates `terms + 3` coefficients, and the changes of `x` and of its derivatives below an order at the ends.
+    /// Allocates `terms + 3` coefficients, and the changes of `x, x', x''` at the ends, as many of them as wanted.
     ///
-    /// The order is not part of the type: compiled for each, the kernels would take a megabyte more.
-    pub(super) fn new(space: impl Homogeneous, order: usize, terms: usize) -> Self {
-        Self::with_nodes(space, order, terms, Cow::Borrowed(nodes(terms)))
+    /// Their number is not part of the type: compiled for each, the kernels would take a megabyte more.
+    pub(super) fn new(space: impl Homogeneous, wanted: usize, terms: usize) -> Self {
+        Self::with_nodes(space, wanted, terms, Cow::Borrowed(nodes(terms)))
     }
 
     pub(super) fn with_nodes(
         space: impl Homogeneous,
-        order: usize,
+        wanted: usize,
         terms: usize,
         nodes: Cow<'static, [Node]>,
     ) -> Self {
@@ -96,7 +96,7 @@ impl<T: Field> Variation<T> {
         let columns = |count: usize| vec![T::Columns::ZERO; count];
         let wide = || std::array::from_fn(|_| zeros(3 * d * d));
         Variation {
-            ends: (0..order).map(|_| wide()).collect(),
+            ends: (0..wanted).map(|_| wide()).collect(),
             eta: zeros((d + h) * 3 * d),
             terms: columns((terms + 3) * d),
             matrices: columns((terms + 3) * square),
