@@ -11,6 +11,7 @@ canonical metric", SIAM J. Matrix Anal. Appl. 38, 322-342, algorithm 3.1.
 from __future__ import annotations
 
 import argparse
+import math
 import time
 
 import numpy as np
@@ -79,17 +80,17 @@ def main() -> None:
         for S0, S1 in zip(points[::2], points[1::2], strict=True):
             started = time.perf_counter()
             try:
-                found = manifold.norm(S0, manifold.log(S0, S1))
+                found = float(manifold.norm(S0, manifold.log(S0, S1)))
             except (ConvergenceError, OutsideDomainError):
-                found = np.nan
+                found = math.nan
             slowest = max(slowest, time.perf_counter() - started)
-            errors += bool(np.isnan(found))
+            errors += math.isnan(found)
             other = shortest(rng, S0, S1)
-            if np.isnan(found) or np.isinf(other):
+            if math.isnan(found) or math.isinf(other):
                 continue
             compared += 1
-            longer += bool(found > other * (1 + LONGER))
-            shorter += bool(other > found * (1 + LONGER))
+            longer += found > other * (1 + LONGER)
+            shorter += other > found * (1 + LONGER)
             worst = max(worst, found / other)
         print(
             f"St({n},{k}): {options.pairs} pairs, {errors} errors, slowest {1e3 * slowest:.1f} ms; of {compared} "
