@@ -304,7 +304,7 @@ fn evaluations_of_resampling(curve: impl Curve) -> usize {
 /// Speeds are then known to a few digits only, and halving panels does not make them smoother.
 #[test]
 fn round_off_of_speeds_does_not_cause_more_evaluations() {
-    // One evaluation takes a microsecond or more. Without regard for round-off, these take hundreds of thousands.
+    // A single panel that is halved to the limit of 1024 parts takes 28 evaluations for each of 1023 halvings.
     const MOST: usize = 20_000;
     let short = Boundary::random((3, 2), 1e-10, 2e-10, &mut Rng::new(5)).curve();
     let found = evaluations_of_resampling(short);

@@ -1,4 +1,4 @@
-"""Rows of derivatives, lengths and costs of curves, which no other library computes, and of the import."""
+"""Rows of derivatives, lengths and costs of curves, which no other library computes."""
 
 from __future__ import annotations
 
@@ -40,12 +40,6 @@ def _minimal(shape: tuple[int, int]) -> Row:
     cubic = Rival("stiefel_rs", "cubic", "the exact cubic", at_most=1.0, agree=None, best_of=False)
     work = f"`GeometricPolynomial.minimal_cost`, degree {MINIMAL}, St({n},{k})"
     return Row(f"derivatives/minimal_cost/{n},{k}", work, (cubic,))
-
-
-def start() -> list[Row]:
-    """A new process that imports the package: 20 ms are about 1.15 times the time of NumPy alone."""
-    numpy = Rival("stiefel_rs", "numpy", "`import numpy`", at_most=1.15, agree=None, best_of=False)
-    return [Row("import", "`import stiefel_rs` in a new process", (numpy,))]
 
 
 def _row(curve: str, shape: tuple[int, int], quantity: str, at_most: float) -> Row:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -62,11 +60,6 @@ def _exact_task(n: int, k: int) -> Task:
     return Task(lambda: Cubics.from_boundary(b.S0, b.V0, b.S1, b.V1), result=lambda: np.zeros(0))
 
 
-def _import_task(module: str) -> Task:
-    command = [sys.executable, "-c", f"import {module}"]
-    return Task(lambda: subprocess.run(command, check=True), result=lambda: np.zeros(0))
-
-
 def tasks() -> Tasks:
     """All of them."""
     found: Tasks = {}
@@ -82,8 +75,6 @@ def tasks() -> Tasks:
     for n, k in derivative_rows.FREE:
         found[f"derivatives/minimal_cost/{n},{k}:ours"] = partial(_minimal_task, n, k)
         found[f"derivatives/minimal_cost/{n},{k}:cubic"] = partial(_exact_task, n, k)
-    found["import:ours"] = partial(_import_task, "stiefel_rs")
-    found["import:numpy"] = partial(_import_task, "numpy")
     for name in INTEGRALS:
         found[f"derivatives/{name}:ours"] = partial(_integral_task, name)
     return found

@@ -6,6 +6,9 @@
 //! ```math
 //! f = q + \Bigl( \frac{e_+ + e_-}{2} + \frac{e_+ - e_-}{2}\, x \Bigr) P_{12},\qquad x P_{12} = \frac{13 P_{13} + 12 P_{11}}{25}
 //! ```
+//!
+//! # Source
+//! Derived here, from the recurrence of the Legendre polynomials.
 
 use std::sync::LazyLock;
 

@@ -57,6 +57,17 @@ def test_subpackages_are_attributes(name):
     assert found.stdout.split() == [f"stiefel_rs.{name}", "True"]
 
 
+def test_rotations_poses_and_files_are_imported_on_first_use():
+    line = (
+        "import sys, stiefel_rs; names = ('pose', 'rotation', 'storage', 'trajectory_files')\n"
+        "print([name for name in names if f'stiefel_rs.{name}' in sys.modules])\n"
+        "print(stiefel_rs.rotation.RotationSpline is stiefel_rs.RotationSpline)\n"
+        "print(stiefel_rs.storage.load is stiefel_rs.load)"
+    )
+    found = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, check=True)
+    assert found.stdout.splitlines() == ["[]", "True", "True"]
+
+
 def test_help_works_without_the_extras():
     lines = [
         "import sys, pydoc, inspect",

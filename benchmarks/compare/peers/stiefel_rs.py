@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+import subprocess
+import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -205,6 +207,12 @@ BATCHES = (
 )  # fmt: skip
 
 
+def import_task(module: str) -> Task:
+    """A new process that imports a module."""
+    command = [sys.executable, "-c", f"import {module}"]
+    return Task(lambda: subprocess.run(command, check=True), result=lambda: np.zeros(0))
+
+
 def tasks() -> Tasks:
     """All tasks by name."""
     found: dict[str, Callable[[], Task]] = {
@@ -212,6 +220,8 @@ def tasks() -> Tasks:
         "curve_tall:ours": tall_task,
         "curve_tall_start:ours": tall_start_task,
     }
+    found["import:ours"] = partial(import_task, "stiefel_rs")
+    found["import:numpy"] = partial(import_task, "numpy")
     found["cubic_initial/sphere:ours"] = initial_task
     found["cubic_initial/sphere:exact"] = partial(exact_task, "sphere", "end")
     found["cubic_points/sphere:ours"] = initial_points_task
