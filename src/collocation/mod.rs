@@ -18,7 +18,10 @@
 mod chain;
 mod expansion;
 mod leg;
+mod linear_boundary;
+mod linear_terms;
 mod solve;
 mod sweeps;
 
+pub(crate) use linear_boundary::{LinearBoundary, linear_nodes};
 pub(crate) use solve::solve;

@@ -8,8 +8,8 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::initial_derivative::InitialVariation;
+use super::linear_cubic::LinearCubic;
 use super::linear_flow::{VARIATION, check_cotangents};
-use super::linear_piece::LinearPiece;
 use super::riemannian_cubic::RiemannianCubic;
 use super::turning::{bracket_of, by_data, check_variation, turned};
 use crate::curve::Curve;
@@ -117,7 +117,7 @@ pub struct BoundaryDerivative {
     span: (f64, f64),
     /// `(S, V, A, J)` at the start and at the end, shape `(n, k)`, in a time in which the curve takes one unit.
     ends: [[Mat<f64>; 4]; 2],
-    piece: LinearPiece,
+    cubic: LinearCubic,
     /// Tension in the same time.
     tension: f64,
     quotient: Quotient,
@@ -138,7 +138,7 @@ impl RiemannianCubic {
         let start = ends[0].each_ref().map(|x| x.as_ref());
         Ok(BoundaryDerivative {
             span: self.t_span(),
-            piece: LinearPiece::new(start, unit.tension(), self.quotient(), interrupt)?,
+            cubic: LinearCubic::new(start, unit.tension(), self.quotient(), interrupt)?,
             tension: unit.tension(),
             quotient: self.quotient(),
             ends,
@@ -169,15 +169,15 @@ impl BoundaryDerivative {
     /// The variation of the curve's initial data.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotTangent` (the variation breaks a constraint), `Overflow`; above 64 dimensions, where
-    /// the equations are solved iteratively, also `ConjugateEnds`, `TooManySteps`, `Decomposition` and `Interrupted`.
+    /// `Shape`, `NonFinite`, `NotTangent` (the variation breaks a constraint), `Overflow`; `Interrupted`, and, where the
+    /// iteration does not converge, `ConjugateEnds`, `TooManySteps` and `Decomposition`.
     pub fn initial(
         &self,
         variation: &BoundaryVariation<'_>,
         interrupt: Interrupt<'_>,
     ) -> Result<InitialVariation> {
         let z = self.end_changes(variation)?;
-        let [da, second] = self.piece.at_start(&z, interrupt)?;
+        let [da, second] = self.cubic.at_start(&z, interrupt)?;
         let [s, v, a, j] = self.ends[0].each_ref().map(|x| x.as_ref());
         let turned = |y| turned(s, variation.s0, y);
         let bracket = |x, y| bracket_of(self.quotient, s, x, y);
@@ -213,7 +213,7 @@ impl BoundaryDerivative {
         }
         let z = self.end_changes(variation)?;
         let times = local(curve.t_span(), times);
-        self.piece.points(&z, &times, interrupt)
+        self.cubic.points(&z, &times, interrupt)
     }
 
     /// The gradient with respect to the boundary data of `sum tr(W^T S(t))` over cotangents `W` at given times `t`.
@@ -238,7 +238,7 @@ impl BoundaryDerivative {
             .map(|end| end.each_ref().map(|x| x.as_ref()));
         check_cotangents(s0, times, cotangents)?;
         let bars = self
-            .piece
+            .cubic
             .pull_back(&local(self.span, times), cotangents, interrupt)?;
         let [u0, w0, u1, w1] = bars.each_ref().map(|x| x.as_ref());
         let duration = Scale(self.span.1 - self.span.0);

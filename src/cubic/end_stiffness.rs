@@ -18,35 +18,15 @@
 
 use faer::Mat;
 
-use super::end_equations::flat_inverse;
-use super::initial::Horizontal;
-use super::linear_flow::{LinearFlow, VARIATION};
-use super::packing::{pack, unpack};
-use super::variation::vary;
+use super::linear_flow::VARIATION;
 use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
 use crate::linalg::decomp::{singular_range, solve_matrix};
 use crate::linalg::structure::check_range;
-use crate::solve::gmres::{Gmres, norm};
 
 /// Ends count as conjugate if the smallest singular value is below this fraction of the largest.
 ///
 /// Ten times the default tolerance of boundary problems: closer ends cannot be told from conjugate ones.
 const CONJUGATE: f64 = 1e-11;
-
-/// Residual reduction of one pass of the minimal residual method.
-const PASS: f64 = 1e-8;
-
-/// Maximal number of passes; each starts from the residual of the previous one, so that errors of the products do not
-/// accumulate.
-const MAX_PASSES: usize = 4;
-
-/// Final residual, relative to right-hand side and solution together: the matrix has size about one.
-const RESIDUAL: f64 = 1e-13;
-
-/// A solution larger than this multiple of its right-hand side is recomputed from the matrix, which shows whether the
-/// ends are conjugate.
-const SUSPECT: f64 = 1e4;
 
 /// Changes of `x'` (first row) and `x''` (second row) that move the end of a curve of flat space by one unit in the
 /// point and in the velocity.
@@ -104,64 +84,4 @@ pub(super) fn end_stiffness(flow: &Mat<f64>) -> Result<Mat<f64>> {
     });
     check_range(VARIATION, matrix.as_ref())?;
     Ok(matrix)
-}
-
-/// The product of the matrix in the span with `(u_0, w_0, u_1, w_1)`, by the minimal residual method; `None` if it
-/// fails to converge or the solution is suspiciously large.
-///
-/// # Errors
-/// `TooManySteps`, `Overflow`, `Interrupted`.
-pub(super) fn end_forces(
-    flow: &LinearFlow,
-    [u0, w0, u1, w1]: [Horizontal; 4],
-    interrupt: Interrupt<'_>,
-) -> Result<Option<[Horizontal; 4]>> {
-    let blocks = flow.blocks();
-    let at_end = |u: Option<&Horizontal>, start: [Horizontal; 3]| -> Result<Vec<f64>> {
-        let mut reached = vary::<1>(&flow.data, 0, &[start], &[1.0], interrupt)?.remove(0);
-        let mut end = pack(blocks, &reached.variations.remove(0));
-        if let Some(u) = u {
-            add(&mut end, 1.0, &pack(blocks, &reached.displaced(u)));
-        }
-        Ok(end)
-    };
-    let product = |y: &[f64]| {
-        let [a, b] = unpack(&flat_inverse(y), blocks);
-        at_end(None, [Horizontal::zeros(blocks), a, b])
-    };
-    let still = Horizontal::zeros(blocks);
-    let known = at_end(Some(&u0), [w0, still.clone(), still])?;
-    let mut right = pack(blocks, &[u1, w1]);
-    let size = right.len();
-    add(&mut right, -1.0, &known);
-    let (mut solution, mut rest) = (vec![0.0; size], right.clone());
-    for _ in 0..MAX_PASSES {
-        let mut step = rest;
-        Gmres::new(size).try_solve(&mut step, PASS, |y, image| {
-            image.copy_from_slice(&product(y)?[..size]);
-            Result::Ok(())
-        })?;
-        add(&mut solution, 1.0, &step);
-        let mut end = product(&solution)?;
-        rest = right.clone();
-        add(&mut rest, -1.0, &end);
-        let length = norm(&solution);
-        if !length.is_finite() || length > SUSPECT * norm(&right) {
-            return Ok(None);
-        }
-        if norm(&rest) <= RESIDUAL * (norm(&right) + length) {
-            add(&mut end, 1.0, &known);
-            let [_, _, a1, b1] = unpack(&end, blocks);
-            let [a0, b0] = unpack(&flat_inverse(&solution), blocks);
-            let minus = |x: Horizontal| Horizontal::zeros(blocks).plus(-1.0, &x);
-            return Ok(Some([b0, minus(a0), minus(b1), a1]));
-        }
-    }
-    Ok(None)
-}
-
-fn add(sum: &mut [f64], factor: f64, other: &[f64]) {
-    for (sum, x) in sum.iter_mut().zip(other) {
-        *sum += factor * x;
-    }
 }

@@ -6,24 +6,19 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::end_stiffness::{end_forces, end_stiffness};
+use super::end_stiffness::end_stiffness;
 use super::initial::Horizontal;
 use super::linear_flow::{LinearFlow, VARIATION, side_by_side};
 use super::linear_series::{LinearSeries, rows_outside};
 use super::packing::{pack, unpack};
 use super::reduced::Sized;
-use super::variation::vary;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::check_range;
 use crate::space::Quotient;
 
-/// Dimension up to which the second derivative of a single cubic is formed, from series. Above it, products with the
-/// matrix, from directional derivatives, are cheaper: for the points at one time on St(20,5), of dimension 85, they
-/// take 0.21 s and 1 MB instead of 0.26 s and 38 MB; on St(40,10), 1.9 s and 3 MB instead of 5.8 s and 519 MB. On
-/// St(12,3), of dimension 30, value and gradient cost 14 times the value with products, 4 times with the matrix.
-///
-/// Pieces of splines always have the matrix, and no series above this dimension.
+/// Dimension up to which the series are kept, for variations of points. Above it they would take more memory than
+/// everything else, and variations of points are integrated.
 pub(crate) const DENSE: usize = 64;
 
 /// A cubic on `[0, 1]`, linearised.
@@ -32,53 +27,27 @@ pub(crate) struct LinearPiece {
     flow: LinearFlow,
     /// The frame at the end, shape `(n, r)`.
     end: Mat<f64>,
-    /// The part in the span; `None` if products are cheaper.
-    inner: Option<Inner>,
+    series: Option<LinearSeries>,
+    /// The second derivative of half the cost in the span, shape `(4 d, 4 d)`.
+    inner: Mat<f64>,
     /// The second derivative of half the cost for a row outside the span, shape `(4 k, 4 k)`; `None` if the span is all
     /// of `R^n`.
     outer: Option<Mat<f64>>,
 }
 
-/// The linearised curve in its span.
-#[derive(Debug)]
-struct Inner {
-    series: Option<LinearSeries>,
-    /// The second derivative of half the cost, shape `(4 d, 4 d)`.
-    matrix: Mat<f64>,
-}
-
 impl LinearPiece {
-    /// Built from point, velocity, covariant acceleration and covariant jerk at the start, shape `(n, k)`, and the
-    /// tension.
-    ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`,
-    /// `Interrupted`.
-    pub(crate) fn new(
-        state: [MatRef<'_, f64>; 4],
-        tension: f64,
-        quotient: Quotient,
-        interrupt: Interrupt<'_>,
-    ) -> Result<Self> {
-        let flow = LinearFlow::new(state, tension, quotient)?;
-        if flow.blocks().dim() <= DENSE {
-            let series = LinearSeries::new(&flow, interrupt)?;
-            return Self::of_series(flow, series);
-        }
-        let reached = vary::<1>(&flow.data, 0, &[], &[1.0], interrupt)?.remove(0);
-        let row = || end_stiffness(&flow.row_flows(&[1.0], interrupt)?[0]);
-        Ok(LinearPiece {
-            outer: flow.has_rows().then(row).transpose()?,
-            end: &flow.frame * reached.frame,
-            inner: None,
-            flow,
-        })
+    /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
+    pub(super) fn new(flow: LinearFlow, interrupt: Interrupt<'_>) -> Result<Self> {
+        let series = LinearSeries::new(&flow, interrupt)?;
+        Self::of_series(flow, series)
     }
 
-    /// Linearises several cubics on one manifold, eight at once if that is quicker.
+    /// Linearises several cubics on one manifold, eight at once if that is quicker, from point, velocity, covariant
+    /// acceleration and covariant jerk at their starts, shape `(n, k)`, and their tensions.
     ///
     /// # Errors
-    /// As [`LinearPiece::new`].
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, and the errors of [`LinearPiece::new`].
     pub(crate) fn all(
         states: &[[MatRef<'_, f64>; 4]],
         tensions: &[f64],
@@ -101,42 +70,19 @@ impl LinearPiece {
         Ok(LinearPiece {
             outer: flow.has_rows().then(outer).transpose()?,
             end: series.end(&flow),
-            inner: Some(Inner {
-                matrix: end_stiffness(&inside)?,
-                series: (flow.blocks().dim() <= DENSE).then_some(series),
-            }),
+            inner: end_stiffness(&inside)?,
+            series: (flow.blocks().dim() <= DENSE).then_some(series),
             flow,
         })
     }
 
     /// The change of the gradient of half the cost, `(x''_0, -x'_0, -x''_1, x'_1)`, for `(u_0, w_0, u_1, w_1)`, as
     /// tangent vectors; in tension with `x'' - tau x` in place of `x''`.
-    ///
-    /// # Errors
-    /// Without the matrix in the span: `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
-    pub(crate) fn stiffness(
-        &self,
-        z: &[Mat<f64>; 4],
-        interrupt: Interrupt<'_>,
-    ) -> Result<[Mat<f64>; 4]> {
-        let mut out = match &self.inner {
-            Some(inner) => self.product(z, inner, |matrix| matrix.as_ref()),
-            None => {
-                let found = match end_forces(&self.flow, self.inside(z), interrupt)? {
-                    Some(found) => found,
-                    // The ends are nearly conjugate, or the iteration failed to converge.
-                    None => {
-                        let series = LinearSeries::new(&self.flow, interrupt)?;
-                        let matrix = end_stiffness(&series.flows()[0])?;
-                        self.multiplied(&matrix.as_ref(), z)
-                    }
-                };
-                self.lifted(&found, z, |matrix| matrix.as_ref())
-            }
-        };
+    pub(crate) fn stiffness(&self, z: &[Mat<f64>; 4]) -> [Mat<f64>; 4] {
+        let mut out = self.product(z, |matrix| matrix.as_ref());
         out[0] -= &z[1] * self.tension();
         out[2] += &z[3] * self.tension();
-        Ok(out)
+        out
     }
 
     /// The product of the second derivative, optionally transposed, with two tangent vectors at the start and two at
@@ -144,10 +90,9 @@ impl LinearPiece {
     fn product(
         &self,
         z: &[Mat<f64>; 4],
-        inner: &Inner,
         view: impl Fn(&Mat<f64>) -> MatRef<'_, f64>,
     ) -> [Mat<f64>; 4] {
-        self.lifted(&self.multiplied(&view(&inner.matrix), z), z, view)
+        self.lifted(&self.multiplied(&view(&self.inner), z), z, view)
     }
 
     /// The components in the span of two tangent vectors at the start and two at the end.
@@ -184,21 +129,20 @@ impl LinearPiece {
         out
     }
 
+    /// The frame at the end, shape `(n, r)`.
+    #[cfg(test)]
+    pub(super) fn end(&self) -> &Mat<f64> {
+        &self.end
+    }
+
     fn frames(&self) -> [&Mat<f64>; 4] {
         [&self.flow.frame, &self.flow.frame, &self.end, &self.end]
     }
 
     /// The changes of `x'` and `x''` at the start for `(u_0, w_0, u_1, w_1)`.
-    ///
-    /// # Errors
-    /// As [`LinearPiece::stiffness`].
-    pub(crate) fn at_start(
-        &self,
-        z: &[Mat<f64>; 4],
-        interrupt: Interrupt<'_>,
-    ) -> Result<[Mat<f64>; 2]> {
-        let [pull, minus_a, ..] = self.stiffness(z, interrupt)?;
-        Ok([-minus_a, pull + &z[1] * self.tension()])
+    pub(crate) fn at_start(&self, z: &[Mat<f64>; 4]) -> [Mat<f64>; 2] {
+        let [pull, minus_a, ..] = self.stiffness(z);
+        [-minus_a, pull + &z[1] * self.tension()]
     }
 
     fn tension(&self) -> Scale<f64> {
@@ -208,17 +152,16 @@ impl LinearPiece {
     /// The variations of the points at given times for `(u_0, w_0, u_1, w_1)`.
     ///
     /// # Errors
-    /// `Overflow`, and the errors of [`LinearPiece::stiffness`]; for times outside `[0, 1]` also `TooManySteps`,
-    /// `Interrupted`.
+    /// `Overflow`; for times outside `[0, 1]`, and above [`DENSE`] dimensions, also `TooManySteps`, `Interrupted`.
     pub(crate) fn points(
         &self,
         z: &[Mat<f64>; 4],
         times: &[f64],
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<Mat<f64>>> {
-        let [a, b] = self.at_start(z, interrupt)?;
+        let [a, b] = self.at_start(z);
         let start = [z[0].clone(), z[1].clone(), a, b];
-        let Some((_, series)) = self.by_series() else {
+        let Some(series) = &self.series else {
             return self.flow.points(&start, times, interrupt);
         };
         let beyond: Vec<f64> = times.iter().copied().filter(|t| !is_on(*t)).collect();
@@ -250,7 +193,7 @@ impl LinearPiece {
         cotangents: &[MatRef<'_, f64>],
         interrupt: Interrupt<'_>,
     ) -> Result<[Mat<f64>; 4]> {
-        let Some((inner, series)) = self.by_series() else {
+        let Some(series) = &self.series else {
             return self.pull_back_by_products(times, cotangents, interrupt);
         };
         let loads = times.iter().copied().zip(cotangents.iter().copied());
@@ -269,15 +212,10 @@ impl LinearPiece {
         let [by_p, by_w, by_a, by_b] = by_start;
         let zero = Mat::zeros(by_p.nrows(), by_p.ncols());
         let forces = [by_b, -by_a, zero.clone(), zero];
-        let mut out = self.product(&forces, inner, |matrix| matrix.transpose());
+        let mut out = self.product(&forces, |matrix| matrix.transpose());
         out[0] += by_p;
         out[1] += by_w;
         Ok(out)
-    }
-
-    fn by_series(&self) -> Option<(&Inner, &LinearSeries)> {
-        let inner = self.inner.as_ref()?;
-        Some((inner, inner.series.as_ref()?))
     }
 
     /// The same without series: a second variation, of the ends, is added to the variation that collects the cotangents
@@ -291,16 +229,13 @@ impl LinearPiece {
         let [p, w, a, b] = self.flow.collected(times, cotangents, interrupt)?;
         let zero = Mat::zeros(p.nrows(), p.ncols());
         let pull = b - &w * self.tension();
-        let [f, g, h, i] = self.stiffness(&[p, w, zero.clone(), zero], interrupt)?;
+        let [f, g, h, i] = self.stiffness(&[p, w, zero.clone(), zero]);
         Ok([pull - f, -a - g, -h, -i])
     }
 
     /// The second derivative of half the cost with respect to the velocities at both ends (rows and columns), in frames
     /// of shape `(n, r)` whose span contains the curve; shape `(d, d)` each, in row-major order.
-    ///
-    /// `None` for a cubic without the matrix in the span.
-    pub(crate) fn by_velocities(&self, frames: [&Mat<f64>; 2]) -> Option<[[Vec<f64>; 2]; 2]> {
-        let matrix = &self.inner.as_ref()?.matrix;
+    pub(crate) fn by_velocities(&self, frames: [&Mat<f64>; 2]) -> [[Vec<f64>; 2]; 2] {
         let Sized { m, k, quotient, .. } = self.flow.blocks();
         let (wide, half) = (frames[0].ncols() - k, quotient.turns(k));
         let (own, given) = (half + m * k, half + wide * k);
@@ -316,8 +251,8 @@ impl LinearPiece {
                 }
             })
         });
-        Some(by_ends(|row, column| {
-            let inner = block(matrix, row, column) * &carried[column];
+        by_ends(|row, column| {
+            let inner = block(&self.inner, row, column) * &carried[column];
             let mut out = carried[row].transpose() * inner;
             if let Some(outer) = &self.outer {
                 let off = normals[row].transpose() * self.flow.off(normals[column].to_owned());
@@ -328,7 +263,7 @@ impl LinearPiece {
                 }
             }
             entries(out.as_ref())
-        }))
+        })
     }
 
     /// The same for a row outside the span of both frames, shape `(k, k)` each; `None` if the span is all of `R^n`.
@@ -339,9 +274,9 @@ impl LinearPiece {
 }
 
 /// A time and a cotangent there.
-type Load<'a> = (f64, MatRef<'a, f64>);
+pub(super) type Load<'a> = (f64, MatRef<'a, f64>);
 
-fn is_on(t: f64) -> bool {
+pub(super) fn is_on(t: f64) -> bool {
     (0.0..=1.0).contains(&t)
 }
 

@@ -12,7 +12,7 @@ use faer::{Mat, MatRef};
 
 use super::initial::Horizontal;
 use super::linear_flow::{LinearFlow, side_by_side};
-use super::packing::{pack, unpack};
+use super::packing::{pack, pack_gradient, unpack};
 use super::reduced::Sized;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -200,16 +200,7 @@ impl LinearSeries {
             let column = cotangent.col(j).iter().enumerate();
             column.map(|(l, x)| frame[l * (m + k) + i] * x).sum()
         };
-        let mut load = vec![0.0; self.layout.size];
-        in_space!(self.layout.blocks.shape(), |space| space.each_entry(
-            |p, i, j| {
-                // Each entry of `omega` occurs twice.
-                load[p] = match i < k {
-                    true => entry(i, j) - entry(j, i),
-                    false => entry(i, j),
-                };
-            }
-        ));
+        let mut load = pack_gradient(self.layout.blocks, entry);
         self.layout.turn_signs(&mut load);
         load
     }
@@ -246,7 +237,7 @@ pub(super) fn rows_outside(flow: &LinearFlow, vectors: &[Mat<f64>; 4]) -> Option
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use faer::Scale;
 
     use super::*;
@@ -264,7 +255,13 @@ mod tests {
         }
     }
 
-    fn flow([n, k]: [usize; 2], tension: f64, speed: f64, quotient: Quotient) -> LinearFlow {
+    /// The flow of a curve from a random point, whose velocity has the given size.
+    pub(in crate::cubic) fn flow(
+        [n, k]: [usize; 2],
+        tension: f64,
+        speed: f64,
+        quotient: Quotient,
+    ) -> LinearFlow {
         let mut next = numbers(7 + n as u64);
         let manifold = Stiefel::new(n, k).unwrap();
         let raw = Mat::from_fn(n, k, |_, _| next());

@@ -24,6 +24,31 @@ pub(crate) fn pack(blocks: Sized, vectors: &[Horizontal]) -> Vec<f64> {
     all
 }
 
+/// The coordinates of a real vector from its blocks: `omega`, then `normal`, in column-major order.
+pub(crate) fn pack_blocks(blocks: Sized, x: &[f64], out: &mut [f64]) {
+    let Sized { m, k, .. } = blocks;
+    in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
+        out[p] = match i.checked_sub(k) {
+            None => x[i + k * j],
+            Some(i) => x[k * k + i + m * j],
+        };
+    }));
+}
+
+/// The gradient with respect to coordinates of a real vector, from the one with respect to its tangent vector at the
+/// identity, whose entries are `entry(i, j)`, shape `(m + k, k)`.
+pub(crate) fn pack_gradient(blocks: Sized, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    let mut gradient = vec![0.0; blocks.dim()];
+    in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
+        // Each entry of `omega` occurs twice.
+        gradient[p] = match i < blocks.k {
+            true => entry(i, j) - entry(j, i),
+            false => entry(i, j),
+        };
+    }));
+    gradient
+}
+
 /// The inverse of [`pack`].
 pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N] {
     let (k, d) = (blocks.k, blocks.dim());

@@ -18,13 +18,13 @@ use super::nodes::Nodes;
 
 /// Nodes including both ends, in increasing order, and their barycentric weights.
 #[derive(Debug, Clone)]
-pub(super) struct Barycentric {
+pub(crate) struct Barycentric {
     s: Vec<f64>,
     weights: Vec<f64>,
 }
 
 impl Barycentric {
-    pub(super) fn new(nodes: &Nodes) -> Self {
+    pub(crate) fn new(nodes: &Nodes) -> Self {
         let inner = nodes.s.iter().zip(&nodes.weights);
         let inner = inner.map(|(s, w)| (*s, (w / (4.0 * s * (1.0 - s))).sqrt()));
         let all = std::iter::once((0.0, 0.5)).chain(inner).chain([(1.0, 0.5)]);
@@ -37,7 +37,7 @@ impl Barycentric {
     }
 
     /// Writes the factors by which values are combined to the polynomial's value at `s`.
-    pub(super) fn factors_into(&self, s: f64, out: &mut [f64]) {
+    pub(crate) fn factors_into(&self, s: f64, out: &mut [f64]) {
         if let Some(node) = self.s.iter().position(|node| *node == s) {
             out.fill(0.0);
             out[node] = 1.0;

@@ -8,7 +8,7 @@ mod acceleration_residual;
 #[cfg(feature = "python")]
 pub(crate) mod any_curve;
 pub mod arc_length;
-mod barycentric;
+pub(crate) mod barycentric;
 mod branch;
 mod collocation;
 mod cost;

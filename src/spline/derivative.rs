@@ -161,7 +161,7 @@ impl SplineDerivative {
     ) -> Result<Vec<Mat<f64>>> {
         check(&self.states, self.given, variation)?;
         let runs = self.curve.runs(times)?;
-        let [u, w] = self.at_knots(variation, interrupt)?;
+        let [u, w] = self.at_knots(variation);
         let part = |&(piece, from, to): &(usize, usize, usize)| {
             let local: Vec<f64> = times[from..to]
                 .iter()
@@ -209,7 +209,7 @@ impl SplineDerivative {
             let h = self.states.lengths[piece];
             gradient.add(piece, by_ends, [1.0, h]);
         }
-        self.by_data(gradient, interrupt)
+        self.by_data(gradient)
     }
 
     /// The gradient of the cost `J`: [`Piecewise::cost_gradient`].
@@ -217,28 +217,20 @@ impl SplineDerivative {
     /// # Errors
     /// `Overflow`.
     pub fn cost_gradient(&self) -> Result<SplineGradient> {
-        self.by_data(KnotGradient::of_cost(&self.states), Interrupt::NEVER)
+        self.by_data(KnotGradient::of_cost(&self.states))
     }
 
     /// Converts to the gradient with respect to the data, using the multipliers of the velocities.
-    fn by_data(
-        &self,
-        mut gradient: KnotGradient,
-        interrupt: Interrupt<'_>,
-    ) -> Result<SplineGradient> {
+    fn by_data(&self, mut gradient: KnotGradient) -> Result<SplineGradient> {
         let multipliers = self.system.solve(&gradient.w);
         let still = KnotGradient::zeros(&self.states).u;
-        self.add_forces(&mut gradient, -1.0, [&still, &multipliers], interrupt)?;
+        self.add_forces(&mut gradient, -1.0, [&still, &multipliers]);
         gradient.add_jumps(&self.states, &multipliers);
         gradient.by_data(&self.states, self.given, Some(&multipliers))
     }
 
     /// Displacements and velocities at the knots, at the old times of the knots; in units of the mean leg.
-    fn at_knots(
-        &self,
-        variation: &SplineVariation<'_>,
-        interrupt: Interrupt<'_>,
-    ) -> Result<[Vec<Mat<f64>>; 2]> {
+    fn at_knots(&self, variation: &SplineVariation<'_>) -> [Vec<Mat<f64>>; 2] {
         let states = &self.states;
         let count = states.count();
         let time = |knot: usize| variation.times.get(knot).map_or(0.0, |t| t / states.unit);
@@ -256,7 +248,7 @@ impl SplineDerivative {
         }
         // Residual of the equations with unchanged velocities.
         let mut rest = KnotGradient::zeros(states);
-        self.add_forces(&mut rest, 1.0, [&u, &w], interrupt)?;
+        self.add_forces(&mut rest, 1.0, [&u, &w]);
         let mut rest = rest.w;
         for (piece, [start, end]) in states.ends.iter().enumerate() {
             rest[piece] -= &start[3] * Scale(time(piece));
@@ -270,7 +262,7 @@ impl SplineDerivative {
         for (w, v) in w.iter_mut().zip(self.system.solve(&rest)) {
             *w -= v;
         }
-        Ok([u, w])
+        [u, w]
     }
 
     /// The changes of the vectors given at the ends, relative to the rotations there, in units of the mean leg.
@@ -298,18 +290,11 @@ impl SplineDerivative {
     }
 
     /// Adds a multiple of the change of the gradient of half the cost, in units of the mean leg.
-    fn add_forces(
-        &self,
-        to: &mut KnotGradient,
-        factor: f64,
-        [u, w]: [&[Mat<f64>]; 2],
-        interrupt: Interrupt<'_>,
-    ) -> Result<()> {
+    fn add_forces(&self, to: &mut KnotGradient, factor: f64, [u, w]: [&[Mat<f64>]; 2]) {
         for (piece, h) in self.states.lengths.iter().enumerate() {
-            let found = self.pieces[piece].stiffness(&self.ends_of(piece, u, w), interrupt)?;
+            let found = self.pieces[piece].stiffness(&self.ends_of(piece, u, w));
             to.add(piece, found, [-3, -2].map(|order| factor * h.powi(order)));
         }
-        Ok(())
     }
 }
 

@@ -118,8 +118,7 @@ impl KnotSystem {
         let blocks = |(leg, piece): (usize, &LinearPiece)| {
             interrupt.check(SOLVER)?;
             let frames = [leg, (leg + 1) % count].map(|knot| &system.frames[knot]);
-            let blocks = piece.by_velocities(frames);
-            Ok(blocks.expect("pieces of splines have their matrices"))
+            Ok(piece.by_velocities(frames))
         };
         let blocks: Vec<Blocks> = pieces
             .par_iter()

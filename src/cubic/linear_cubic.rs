@@ -1,0 +1,248 @@
+//! A single cubic on `[0, 1]`, linearised: variations in terms of those of points and velocities at its ends, forward
+//! and transposed.
+//!
+//! The equations are solved [at Gauss nodes](super::collocated) without forming a matrix. Curves that are too fast for
+//! that, and ends that may be conjugate, are treated [by series](super::linear_piece).
+
+use std::sync::OnceLock;
+
+use faer::{Mat, MatRef};
+
+use super::collocated::Collocated;
+use super::linear_flow::{LinearFlow, VARIATION};
+use super::linear_piece::{LinearPiece, Load, is_on};
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::linalg::structure::check_range;
+use crate::space::Quotient;
+
+/// The linearised cubic.
+#[derive(Debug)]
+pub(super) struct LinearCubic {
+    flow: LinearFlow,
+    collocated: Option<Collocated>,
+    series: OnceLock<LinearPiece>,
+}
+
+impl LinearCubic {
+    /// Built from point, velocity, covariant acceleration and covariant jerk at the start, shape `(n, k)`, and the
+    /// tension.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`,
+    /// `Interrupted`.
+    pub(super) fn new(
+        state: [MatRef<'_, f64>; 4],
+        tension: f64,
+        quotient: Quotient,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Self> {
+        let flow = LinearFlow::new(state, tension, quotient)?;
+        let cubic = LinearCubic {
+            collocated: Collocated::new(&flow, interrupt)?,
+            series: OnceLock::new(),
+            flow,
+        };
+        if cubic.collocated.is_none() {
+            cubic.series(interrupt)?;
+        }
+        Ok(cubic)
+    }
+
+    fn series(&self, interrupt: Interrupt<'_>) -> Result<&LinearPiece> {
+        if self.series.get().is_none() {
+            let piece = LinearPiece::new(self.flow.clone(), interrupt)?;
+            let _ = self.series.set(piece);
+        }
+        Ok(self.series.get().expect("it was just set"))
+    }
+
+    /// The changes of `x'` and `x''` at the start for `(u_0, w_0, u_1, w_1)`.
+    ///
+    /// # Errors
+    /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
+    pub(super) fn at_start(
+        &self,
+        z: &[Mat<f64>; 4],
+        interrupt: Interrupt<'_>,
+    ) -> Result<[Mat<f64>; 2]> {
+        if let Some(collocated) = &self.collocated
+            && let Some(varied) = collocated.vary(&self.flow, z, interrupt)?
+        {
+            return Ok(varied.start);
+        }
+        Ok(self.series(interrupt)?.at_start(z))
+    }
+
+    /// The variations of the points at given times for `(u_0, w_0, u_1, w_1)`.
+    ///
+    /// # Errors
+    /// As [`LinearCubic::at_start`].
+    pub(super) fn points(
+        &self,
+        z: &[Mat<f64>; 4],
+        times: &[f64],
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<Mat<f64>>> {
+        let Some(collocated) = &self.collocated else {
+            return self.series(interrupt)?.points(z, times, interrupt);
+        };
+        let Some(varied) = collocated.vary(&self.flow, z, interrupt)? else {
+            return self.series(interrupt)?.points(z, times, interrupt);
+        };
+        let (on, beyond): (Vec<f64>, Vec<f64>) = times.iter().partition(|t| is_on(**t));
+        let mut on = collocated.points(&self.flow, &varied, z, &on).into_iter();
+        let [a, b] = varied.start;
+        let start = [z[0].clone(), z[1].clone(), a, b];
+        let mut beyond = self.flow.points(&start, &beyond, interrupt)?.into_iter();
+        let points = times.iter().map(|t| {
+            let points = if is_on(*t) { &mut on } else { &mut beyond };
+            let point = points.next().expect("a point for every time");
+            check_range(VARIATION, point.as_ref())?;
+            Ok(point)
+        });
+        points.collect()
+    }
+
+    /// The gradient with respect to `(u_0, w_0, u_1, w_1)`, as tangent vectors, of `sum tr(W^T S(t))` over cotangents
+    /// `W` at given times `t`.
+    ///
+    /// # Errors
+    /// As [`LinearCubic::at_start`].
+    pub(super) fn pull_back(
+        &self,
+        times: &[f64],
+        cotangents: &[MatRef<'_, f64>],
+        interrupt: Interrupt<'_>,
+    ) -> Result<[Mat<f64>; 4]> {
+        let series = || {
+            let series = self.series(interrupt)?;
+            series.pull_back(times, cotangents, interrupt)
+        };
+        let Some(collocated) = &self.collocated else {
+            return series();
+        };
+        let loads = times.iter().copied().zip(cotangents.iter().copied());
+        let (on, beyond): (Vec<Load<'_>>, Vec<Load<'_>>) = loads.partition(|load| is_on(load.0));
+        let by_start = match beyond.is_empty() {
+            true => None,
+            false => {
+                let (times, cotangents): (Vec<f64>, Vec<MatRef<'_, f64>>) =
+                    beyond.into_iter().unzip();
+                let eta = self.flow.collected(&times, &cotangents, interrupt)?;
+                Some(self.flow.gradient(&eta))
+            }
+        };
+        let (times, cotangents): (Vec<f64>, Vec<MatRef<'_, f64>>) = on.into_iter().unzip();
+        let by_bends = by_start.as_ref().map(|[.., a, b]| [a, b]);
+        let loads = (times.as_slice(), cotangents.as_slice());
+        let Some(mut out) = collocated.pull_back(&self.flow, loads, by_bends, interrupt)? else {
+            return series();
+        };
+        if let Some([by_p, by_w, ..]) = by_start {
+            out[0] += by_p;
+            out[1] += by_w;
+        }
+        Ok(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cubic::linear_series::tests::flow;
+    use crate::linalg::structure::norm;
+
+    const SHAPES: [[usize; 2]; 10] = [
+        [2, 1],
+        [2, 2],
+        [3, 1],
+        [3, 2],
+        [3, 3],
+        [4, 4],
+        [5, 2],
+        [6, 1],
+        [9, 2],
+        [12, 3],
+    ];
+
+    /// Within, at the ends of and outside `[0, 1]`.
+    const TIMES: [f64; 6] = [0.3, 0.0, 1.0, 0.71, 1.2, -0.1];
+
+    /// Tangent vectors for the ends of a curve, and cotangents.
+    fn data(cubic: &LinearCubic, end: &Mat<f64>) -> ([Mat<f64>; 4], Vec<Mat<f64>>) {
+        let (n, k) = (cubic.flow.frame.nrows(), cubic.flow.blocks().k);
+        let raw = |which: usize| {
+            let entry = |i: usize, j: usize| (1.3 * (i + n * j + 7 * which) as f64).sin();
+            Mat::from_fn(n, k, entry)
+        };
+        let ends: [Mat<f64>; 4] = std::array::from_fn(|i| {
+            let frame = if i < 2 { &cubic.flow.frame } else { end };
+            let (s, x) = (frame.subcols(0, k), raw(i));
+            let inner = s.transpose() * &x;
+            match cubic.flow.data.quotient {
+                Quotient::Frames => x - s * (&inner + inner.transpose()) * faer::Scale(0.5),
+                Quotient::Subspaces => x - s * inner,
+            }
+        });
+        (ends, (4..4 + TIMES.len()).map(raw).collect())
+    }
+
+    fn assert_close(found: &Mat<f64>, expected: &Mat<f64>, scale: f64, what: &str) {
+        let error = norm((found - expected).as_ref());
+        assert!(error < 1e-12 * (1.0 + scale), "{what}: {error:.1e}");
+    }
+
+    /// Compares the method at Gauss nodes with series.
+    fn check(flow: LinearFlow, what: &str) {
+        let cubic = LinearCubic {
+            collocated: Collocated::new(&flow, Interrupt::NEVER).unwrap(),
+            series: OnceLock::new(),
+            flow,
+        };
+        assert!(cubic.collocated.is_some(), "{what}");
+        let series = cubic.series(Interrupt::NEVER).unwrap();
+        let (z, cotangents) = data(&cubic, series.end());
+        let found = cubic.at_start(&z, Interrupt::NEVER).unwrap();
+        let expected = series.at_start(&z);
+        let scale = expected.iter().map(|x| norm(x.as_ref())).sum::<f64>();
+        for (found, expected) in found.iter().zip(&expected) {
+            assert_close(found, expected, scale, what);
+        }
+        let found = cubic.points(&z, &TIMES, Interrupt::NEVER).unwrap();
+        let expected = series.points(&z, &TIMES, Interrupt::NEVER).unwrap();
+        for (found, expected) in found.iter().zip(&expected) {
+            assert_close(found, expected, scale, what);
+        }
+        let views: Vec<MatRef<'_, f64>> = cotangents.iter().map(|x| x.as_ref()).collect();
+        let gradient = cubic.pull_back(&TIMES, &views, Interrupt::NEVER).unwrap();
+        let expected = series.pull_back(&TIMES, &views, Interrupt::NEVER).unwrap();
+        let scale = expected.iter().map(|x| norm(x.as_ref())).sum::<f64>();
+        for (found, expected) in gradient.iter().zip(&expected) {
+            assert_close(found, expected, scale, what);
+        }
+    }
+
+    #[test]
+    fn gauss_nodes_and_series_agree() {
+        for shape in SHAPES {
+            for quotient in [Quotient::Frames, Quotient::Subspaces] {
+                if quotient == Quotient::Subspaces && shape[0] == shape[1] {
+                    continue;
+                }
+                for (tension, speed) in [(0.0, 0.5), (4.0, 0.5), (0.0, 1.5), (0.0, 0.0)] {
+                    let flow = flow(shape, tension, speed, quotient);
+                    check(flow, &format!("{shape:?} {quotient:?} {tension} {speed}"));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn fast_curves_are_treated_by_series() {
+        let flow = flow([3, 1], 0.0, 12.0, Quotient::Frames);
+        let collocated = Collocated::new(&flow, Interrupt::NEVER).unwrap();
+        assert!(collocated.is_none());
+        assert!(LinearPiece::new(flow, Interrupt::NEVER).is_ok());
+    }
+}
