@@ -9,7 +9,7 @@ use stiefel_rs::{Curve, Error, Interrupt, Result, RiemannianCubic};
 
 const EPS: f64 = f64::EPSILON;
 
-/// Sizes with and without rows outside the span, with 2 to 258 unknowns: up to 64 by a matrix, above by products.
+/// Sizes with and without rows outside the span, with 2 to 258 unknowns.
 const SHAPES: [(usize, usize); 8] = [
     (2, 1),
     (7, 1),

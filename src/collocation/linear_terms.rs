@@ -35,6 +35,15 @@ pub(super) enum Way {
     Transposed,
 }
 
+impl Way {
+    pub(super) fn inverse(self) -> Self {
+        match self {
+            Way::Forward => Way::Transposed,
+            Way::Transposed => Way::Forward,
+        }
+    }
+}
+
 /// The terms at groups of eight nodes, as linear functions of `p, w, a, b`, one after another.
 pub(super) trait Terms: Send + Sync {
     /// Number of coordinates of each vector.

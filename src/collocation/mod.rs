@@ -11,6 +11,8 @@
 //! fixed-point iteration `f <- [x'', x]_m - ...`, combined with a step at the ends as in flat space and with Anderson
 //! mixing. The polynomials are the curve: nothing is integrated afterwards.
 //!
+//! The linearised equations of a single cubic between its ends are solved at the same nodes ([`LinearBoundary`]).
+//!
 //! # Source
 //! Atkinson (1997), "The Numerical Solution of Integral Equations of the Second Kind", sec. 4.1 (the Nystrom method); Walker, Ni
 //! (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
@@ -23,5 +25,5 @@ mod linear_terms;
 mod solve;
 mod sweeps;
 
-pub(crate) use linear_boundary::{LinearBoundary, linear_nodes};
+pub(crate) use linear_boundary::{LinearBoundary, are_resolved, linear_nodes, more_nodes};
 pub(crate) use solve::solve;

@@ -13,12 +13,12 @@ use super::path::Path;
 use super::reduced::Sized;
 use super::state::State;
 use super::taylor::Accuracy;
-use crate::collocation::{LinearBoundary, linear_nodes};
+use crate::collocation::{LinearBoundary, are_resolved, linear_nodes, more_nodes};
 use crate::curve::barycentric::Barycentric;
 use crate::curve::nodes::Nodes;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::field::accumulate;
+use crate::linalg::field::{accumulate, larger};
 
 /// Four tangent vectors: displacement and change of the velocity, at the start and at the end.
 type Ends = [Mat<f64>; 4];
@@ -66,7 +66,7 @@ impl Collocated {
         }
         let mut path = Path::at(start(flow), Accuracy::FULL);
         path.extend_to(1.0, interrupt)?;
-        let Some((nodes, x)) = vectors(&path) else {
+        let Some((nodes, x, frames)) = resolved(&path) else {
             return Ok(None);
         };
         let size = path.r() * blocks.k;
@@ -97,7 +97,7 @@ impl Collocated {
         };
         Ok(Some(Collocated {
             through: Barycentric::new(&nodes),
-            frames: frames(&path, &nodes, &x[0]),
+            frames,
             end: &flow.frame * frame(blocks, path.last.s(), path.last.e()),
             inside,
             rows,
@@ -325,18 +325,31 @@ fn start(flow: &LinearFlow) -> State {
     State::in_blocks(flow.blocks(), &Mat::identity(r, r), vectors).in_tension(data.tension)
 }
 
-/// Nodes for the curve, and the blocks of `x, x', x''` there, one node after another; `None` for a fast curve.
-fn vectors(path: &Path) -> Option<(Arc<Nodes>, [Vec<f64>; 3])> {
-    let mut nodes = linear_nodes(0.0)?;
+/// A curve at nodes: blocks of `x, x', x''`, one node after another, and frames.
+type AtNodes = (Arc<Nodes>, [Vec<f64>; 3], Vec<Mat<f64>>);
+
+/// The curve at as many nodes as its variations need; `None` for a fast curve. Tension `tau` lets variations grow as
+/// `exp(sqrt(tau) t)`.
+fn resolved(path: &Path) -> Option<AtNodes> {
+    let growth = path.tension().sqrt();
+    let mut nodes = linear_nodes(growth)?;
     loop {
         let x = vectors_at(path, &nodes.s);
         let size = path.r() * path.blocks.k;
         let squares = x[0].chunks_exact(size).map(|x| square(path.blocks, x));
-        let needed = linear_nodes(squares.fold(0.0, f64::max).sqrt())?;
-        if needed.len() <= nodes.len() {
-            return Some((nodes, x));
+        let speed = squares.fold(0.0, larger).sqrt();
+        let needed = linear_nodes(larger(speed, growth))?;
+        if needed.len() > nodes.len() {
+            nodes = needed;
+            continue;
         }
-        nodes = needed;
+        let frames = frames(path, &nodes, &x[0]);
+        let columns = frames.iter().flat_map(|frame| frame.col_iter());
+        let squares = columns.flat_map(|column| column.iter().map(|x| x * x));
+        if are_resolved(&nodes, &squares.collect::<Vec<f64>>()) {
+            return Some((nodes, x, frames));
+        }
+        nodes = more_nodes(&nodes)?;
     }
 }
 

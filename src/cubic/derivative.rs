@@ -2,7 +2,7 @@
 //!
 //! In a time in which the curve takes one unit, variations `dS` and `dV` of the data displace the ends by `u = dS` and
 //! change the velocities there by `w = dV - A(u) V`, relative to the rotation that displaces the end. The [linearised
-//! cubic](super::linear_piece) maps these to the accelerations at the ends and to points in between; its transpose
+//! cubic](super::linear_cubic) maps these to the accelerations at the ends and to points in between; its transpose
 //! yields gradients.
 
 use faer::{Mat, MatRef, Scale};

@@ -36,6 +36,8 @@ pub(crate) struct LinearPiece {
 }
 
 impl LinearPiece {
+    /// Linearises one cubic.
+    ///
     /// # Errors
     /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
     pub(super) fn new(flow: LinearFlow, interrupt: Interrupt<'_>) -> Result<Self> {

@@ -52,7 +52,7 @@ impl LinearCurve {
     /// Built from coordinates of `x, x', x''` at the start.
     ///
     /// # Errors
-    /// `TooManySteps` if the legs would take too much memory; `Interrupted`.
+    /// `InvalidArgument` if a leg would take too much memory, `TooManySteps` if all of them would; `Interrupted`.
     pub(crate) fn new(
         shape: Shape,
         start: [Vec<f64>; 3],
@@ -180,6 +180,15 @@ fn walk(
     if d == 0 {
         // Points cannot move: no legs.
         return Ok(curve);
+    }
+    // At least 16 nodes, with a matrix of shape `(d + h, 3 d)` at each.
+    let of_leg = 48 * (d + space.isotropy_dim()) * d;
+    if of_leg > LARGEST {
+        return Err(Error::InvalidArgument {
+            name: "curve",
+            requirement: "a span small enough for its derivative by series to have at most 5e7 numbers",
+            found: of_leg as f64,
+        });
     }
     let (mut start, mut length, mut numbers) = (0.0, 1.0, 0);
     while start != 1.0 {

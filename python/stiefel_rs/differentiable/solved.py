@@ -15,9 +15,6 @@ Curve = TypeVar("Curve")
 # rotations. The last curve is always kept.
 KEPT = 1 << 25
 
-# Dimension above which the derivative of a single cubic stores no matrices.
-DENSE = 64
-
 
 def core_shape(frame: Array) -> Shape:
     """Return the shape in the core, where complex frames are embedded in real ones of twice the size."""
@@ -34,10 +31,12 @@ def numbers_of_piece(n: int, k: int) -> int:
 
 
 def numbers_of_cubic(n: int, k: int) -> int:
-    """Estimate how many numbers the derivative of a single cubic stores."""
+    """Estimate how many numbers the derivative of a single cubic stores: matrices of the span at 24 nodes.
+
+    Fast curves, which are linearised in legs, may store ten times as many.
+    """
     rows = min(n, 4 * k)
-    dimension = (rows - k) * k + k * (k - 1) // 2
-    return numbers_of_piece(n, k) if dimension <= DENSE else 100 * n * k
+    return 100 * n * k + 120 * rows**2 + 2000
 
 
 class Solved(Generic[Curve]):
