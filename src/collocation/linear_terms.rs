@@ -20,6 +20,9 @@
 //! ```
 //!
 //! with the blocks `omega` and `b_x` of `x`; for subspaces with `w (2 b_x'^T b_x - b_x^T b_x')` instead.
+//!
+//! # Source
+//! Derived here, by differentiating `g' = g x` and the equation of cubics in the frame of the curve.
 
 use crate::linalg::lanes::{LANES, Lanes};
 use crate::linalg::simd::vectorised;
@@ -205,6 +208,7 @@ impl<S: Homogeneous> Terms for InSpan<S> {
 /// The terms in a row outside the span.
 struct InRow {
     k: usize,
+    /// For eight nodes each, the matrices of [`PAIRS`], shape `(k, k)`, which multiply rows from the right.
     groups: Vec<[Vec<Lanes>; 7]>,
 }
 

@@ -21,9 +21,12 @@ mod chain;
 mod expansion;
 mod leg;
 mod linear_boundary;
+mod linear_nodes;
+mod linear_operator;
 mod linear_terms;
 mod solve;
 mod sweeps;
 
-pub(crate) use linear_boundary::{LinearBoundary, are_resolved, linear_nodes, more_nodes};
+pub(crate) use linear_boundary::LinearBoundary;
+pub(crate) use linear_nodes::{are_resolved, linear_nodes, more_nodes};
 pub(crate) use solve::solve;

@@ -130,7 +130,8 @@ impl RiemannianCubic {
     /// Any Riemannian cubic solves the boundary value problem of its own ends; this is the derivative of that solution.
     ///
     /// # Errors
-    /// `ConjugateEnds` if the solution does not depend smoothly on the data; `Overflow`, `TooManySteps`,
+    /// `ConjugateEnds` if the solution does not depend smoothly on the data; `InvalidArgument` if this can only be told from
+    /// a matrix that would take more than four gigabytes; `Overflow`, `TooManySteps`,
     /// `Decomposition` and `Interrupted` from integrating the linearised equations.
     pub fn boundary_derivative(&self, interrupt: Interrupt<'_>) -> Result<BoundaryDerivative> {
         let unit = self.reparametrised(0.0, 1.0)?;

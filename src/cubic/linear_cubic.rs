@@ -18,7 +18,7 @@ use crate::space::Quotient;
 
 /// Size of frames for which series are quicker, since it is known to the compiler: derivative and gradient take 137 us and
 /// 136 us on St(3,1) and St(3,2), at nodes 247 us and 360 us. On St(4,2), (5,2), (6,3) and (8,2) series take twice as
-/// long as nodes.
+/// long as nodes. Not measured for lines in three dimensions.
 const BY_SERIES: (usize, usize) = (3, 3);
 
 /// The linearised cubic.
@@ -164,7 +164,7 @@ impl LinearCubic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cubic::linear_series::tests::flow;
+    use crate::cubic::linear_series::tests::{flow, tangent};
     use crate::linalg::structure::norm;
 
     const SHAPES: [[usize; 2]; 10] = [
@@ -192,12 +192,7 @@ mod tests {
         };
         let ends: [Mat<f64>; 4] = std::array::from_fn(|i| {
             let frame = if i < 2 { &cubic.flow.frame } else { end };
-            let (s, x) = (frame.subcols(0, k), raw(i));
-            let inner = s.transpose() * &x;
-            match cubic.flow.data.quotient {
-                Quotient::Frames => x - s * (&inner + inner.transpose()) * faer::Scale(0.5),
-                Quotient::Subspaces => x - s * inner,
-            }
+            tangent(cubic.flow.data.quotient, frame.subcols(0, k), &raw(i))
         });
         (ends, (4..4 + TIMES.len()).map(raw).collect())
     }

@@ -255,6 +255,19 @@ pub(super) mod tests {
         }
     }
 
+    /// The tangent part of a matrix at a point.
+    pub(in crate::cubic) fn tangent(
+        quotient: Quotient,
+        s: MatRef<'_, f64>,
+        x: &Mat<f64>,
+    ) -> Mat<f64> {
+        let inner = s.transpose() * x;
+        match quotient {
+            Quotient::Frames => x - s * (&inner + inner.transpose()) * Scale(0.5),
+            Quotient::Subspaces => x - s * inner,
+        }
+    }
+
     /// The flow of a curve from a random point, whose velocity has the given size.
     pub(in crate::cubic) fn flow(
         [n, k]: [usize; 2],
@@ -268,11 +281,7 @@ pub(super) mod tests {
         let s = manifold.project(raw.as_ref()).unwrap();
         let vectors = [1.0, 2.0, 3.0].map(|size: f64| {
             let raw = Mat::from_fn(n, k, |_, _| next());
-            let inner = s.transpose() * &raw;
-            let v = match quotient {
-                Quotient::Frames => &raw - &s * (&inner + inner.transpose()) * Scale(0.5),
-                Quotient::Subspaces => &raw - &s * &inner,
-            };
+            let v = tangent(quotient, s.as_ref(), &raw);
             let unit = norm(v.as_ref());
             // A curve without degrees of freedom has none.
             let factor = if unit == 0.0 {

@@ -10,6 +10,9 @@ use crate::linalg::lanes::{LANES, Lanes};
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Homogeneous, Shape, in_space};
 
+/// Maximal number of floating-point numbers of one leg, checked before it: four gigabytes.
+const LARGEST_LEG: usize = 500_000_000;
+
 /// Maximal number of floating-point numbers of all legs, checked after each leg: 0.4 gigabytes.
 const LARGEST: usize = 50_000_000;
 
@@ -183,10 +186,10 @@ fn walk(
     }
     // At least 16 nodes, with a matrix of shape `(d + h, 3 d)` at each.
     let of_leg = 48 * (d + space.isotropy_dim()) * d;
-    if of_leg > LARGEST {
+    if of_leg > LARGEST_LEG {
         return Err(Error::InvalidArgument {
             name: "curve",
-            requirement: "a span small enough for its derivative by series to have at most 5e7 numbers",
+            requirement: "a span small enough for its derivative by series to have at most 5e8 numbers",
             found: of_leg as f64,
         });
     }
