@@ -24,6 +24,7 @@
 //! # Source
 //! Derived here, by differentiating `g' = g x` and the equation of cubics in the frame of the curve.
 
+use super::along::Along;
 use crate::linalg::lanes::{LANES, Lanes};
 use crate::linalg::simd::vectorised;
 use crate::space::{Homogeneous, Quotient, Shape, in_space};
@@ -72,34 +73,18 @@ struct InSpan<S> {
     tension: f64,
 }
 
-/// The curve at eight nodes.
-struct Along {
-    /// Skew matrices of `x, x', x''`.
-    x: [Vec<Lanes>; 3],
-    /// `[x, x']_h` and its negative.
-    turning: [Vec<Lanes>; 2],
-}
-
 impl<S: Homogeneous> InSpan<S> {
     fn new(space: S, x: [&[f64]; 3], tension: f64) -> Self {
         let d = space.dim();
         let group = |group: usize| {
-            let matrices = x.map(|x| {
+            let vectors = x.map(|x| {
                 let entry = |p: usize, lane: usize| x[(group * LANES + lane) * d + p];
                 let vector = (0..d).map(|p| Lanes(std::array::from_fn(|lane| entry(p, lane))));
-                let mut matrix = vec![Lanes::ZERO; space.size().pow(2)];
-                space.matrix_into(&vector.collect::<Vec<_>>(), &mut matrix);
-                matrix
+                vector.collect::<Vec<_>>()
             });
-            let turning = [1.0, -1.0].map(|sign| {
-                let mut turning = vec![Lanes::ZERO; space.isotropy_dim()];
-                space.add_isotropy_bracket(&matrices[0], &matrices[1], sign, &mut turning);
-                turning
-            });
-            Along {
-                x: matrices,
-                turning,
-            }
+            let mut along = Along::new(space);
+            along.set(space, vectors.each_ref().map(Vec::as_slice));
+            along
         };
         InSpan {
             space,
@@ -112,16 +97,14 @@ impl<S: Homogeneous> InSpan<S> {
     #[inline(always)]
     fn forward(
         &self,
-        Along { x, turning }: &Along,
+        along: &Along,
         [p, w, a, b]: [&[Lanes]; LEVELS],
         z: &mut [Lanes],
         [by_p, by_w, by_a, by_b]: [&mut [Lanes]; LEVELS],
     ) {
-        let (space, [x, x1, x2]) = (self.space, x);
+        let (space, [x, x1, x2]) = (self.space, &along.x);
         if !space.is_symmetric() {
             space.add_bracket(p, x, 1.0, by_p);
-            space.add_bracket(b, x, 1.0, by_b);
-            space.add_bracket(x2, w, 1.0, by_b);
         }
         if space.isotropy_dim() > 0 {
             z.fill(Lanes::ZERO);
@@ -129,12 +112,8 @@ impl<S: Homogeneous> InSpan<S> {
             space.subtract_action(z, x, by_w);
             space.subtract_action(z, x1, by_a);
             space.subtract_action(z, x2, by_b);
-            z.fill(Lanes::ZERO);
-            space.add_isotropy_bracket(w, x1, 1.0, z);
-            space.add_isotropy_bracket(x, a, 1.0, z);
-            space.subtract_action(z, x, by_b);
-            space.subtract_action(&turning[0], w, by_b);
         }
+        along.add_change(space, [w, a, b], z, by_b);
     }
 
     /// The transpose: `<[p, x], q> = <p, [x, q]>`.

@@ -7,18 +7,26 @@
 //! f = [x'', x]_m - [[x, x']_h, x],\qquad g = g_0 + \int_0^s g\,x,\qquad x = x_0 + x_0' s + \tfrac12 x_0'' s^2 + \iiint f
 //! ```
 //!
-//! an equation of the second kind with a smoothing kernel. It is solved without derivatives by sweeps of the
+//! an equation of the second kind with a smoothing kernel. For chains it is solved without derivatives by sweeps of the
 //! fixed-point iteration `f <- [x'', x]_m - ...`, combined with a step at the ends as in flat space and with Anderson
 //! mixing. The polynomials are the curve: nothing is integrated afterwards.
 //!
-//! The linearised equations of a single cubic between its ends are solved at the same nodes ([`LinearBoundary`]).
+//! Single cubics between given ends are solved at such nodes by Newton's method ([`solve_between_ends`]), and so are the
+//! linearised equations along them ([`LinearBoundary`]).
 //!
 //! # Source
 //! Atkinson (1997), "The Numerical Solution of Integral Equations of the Second Kind", sec. 4.1 (the Nystrom method); Walker, Ni
 //! (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
 
+mod along;
+mod boundary_leg;
+mod boundary_linear;
+mod boundary_value;
 mod chain;
 mod expansion;
+mod lane_frames;
+mod lane_matrices;
+mod lane_nodes;
 mod leg;
 mod linear_boundary;
 mod linear_nodes;
@@ -27,6 +35,8 @@ mod linear_terms;
 mod solve;
 mod sweeps;
 
+pub(crate) use boundary_leg::BoundaryData;
+pub(crate) use boundary_value::{BoundaryLimits, Start, solve_between_ends};
 pub(crate) use linear_boundary::LinearBoundary;
 pub(crate) use linear_nodes::{are_resolved, linear_nodes, more_nodes};
 pub(crate) use solve::solve;

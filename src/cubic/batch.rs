@@ -4,12 +4,12 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::boundary::BoundaryOptions;
+use super::few_dimensions::{STEPS, end_data};
 use super::from_boundary;
 use super::packing::unpack;
 use super::problem::Problem;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
-use super::single_leg::{STEPS, end_data};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::linalg::lanes::LANES;
@@ -119,7 +119,7 @@ fn solve_task(
     let mut found = Vec::new();
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
         let solution = problem.and_then(|problem| match leg {
-            Some(leg) => Ok(solution(&problem, &leg)),
+            Some(leg) => Ok(transformed(&problem, &leg)),
             None => alone(&problem, data[0], options),
         });
         if let Err(error @ Error::Interrupted { .. }) = solution {
@@ -167,12 +167,13 @@ fn alone(
     s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
 ) -> Result<BoundarySolution> {
-    let (start, report) = from_boundary::solve(problem, s0, options)?;
-    let path = problem.path(&start, options.interrupt)?;
+    let (solution, report) = from_boundary::solve(problem, s0, options)?;
+    let start = solution.start.clone();
+    let path = solution.into_path(problem, options.interrupt)?;
     let (r, k) = problem.end[0].shape();
     let cost = RiemannianCubic::of_path(r, k, None, path, None).cost()?;
     let residual = report.solver.residual;
-    Ok(solution(
+    Ok(transformed(
         problem,
         &LoneLeg {
             start,
@@ -184,7 +185,7 @@ fn alone(
 }
 
 /// The solution, transformed back to the start of the problem.
-fn solution(problem: &Problem, leg: &LoneLeg) -> BoundarySolution {
+fn transformed(problem: &Problem, leg: &LoneLeg) -> BoundarySolution {
     let [a, second] = unpack::<2>(&leg.start, problem.blocks());
     // j = x'' + [x, x']_m / 2.
     let jerk = second.plus_bracket(0.5, &problem.velocity, &a);

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use faer::MatRef;
 
-use super::boundary::{BoundaryOptions, BoundaryStrategy};
+use super::boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 use super::problem::Problem;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
-use super::solver::{Solution, Solver};
+use super::solution::Solution;
+use super::solver::Solver;
 use crate::error::{Error, Result};
 
 impl RiemannianCubic {
@@ -16,7 +17,7 @@ impl RiemannianCubic {
     /// and the [tension](BoundaryOptions::tension) of the options.
     ///
     /// Cubics with given ends are stationary, but not unique. Newton's method starts from the cubic of flat space (or
-    /// from the guess). If it converges, its solution is returned when displacement and speeds are at most 2 or a guess
+    /// from the guess), at Gauss nodes or, in up to three dimensions and for fast curves, by shooting. If it converges, its solution is returned when displacement and speeds are at most 2 or a guess
     /// is given. Otherwise a chain of cubics descends to a local minimum of the cost from several starts: a curve that
     /// rolls from one velocity to the other; for end speeds up to 16 also the cubic of flat space; and the de Casteljau
     /// curve if more than one quasi-geodesic joins the points. The solution of least cost is returned. If descents
@@ -48,8 +49,8 @@ impl RiemannianCubic {
     ) -> Result<Self> {
         options.check()?;
         let problem = Problem::new([s0, v0, s1, v1], options)?;
-        let (y, report) = solve(&problem, s0, options)?;
-        let path = problem.path(&y, options.interrupt)?;
+        let (solution, report) = solve(&problem, s0, options)?;
+        let path = solution.into_path(&problem, options.interrupt)?;
         Ok(Self::of_path(
             problem.n,
             problem.k,
@@ -60,7 +61,7 @@ impl RiemannianCubic {
     }
 }
 
-/// `(x', x'')` at the start of the solution of a problem with initial point `s0`, and how it was found.
+/// The solution of a problem with initial point `s0`, and how it was found.
 ///
 /// # Errors
 /// `DifferentComponents`, `NoConvergence`, `Interrupted`, and the errors of a guess.
@@ -68,7 +69,7 @@ pub(super) fn solve(
     problem: &Problem,
     s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
-) -> Result<Solution> {
+) -> Result<(Solution, BoundaryReport)> {
     let mut solver = Solver::new(problem, options);
     let found = match options.guess {
         Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,

@@ -18,6 +18,7 @@
 //! spaces", J. Dynamical and Control Systems 1, 177-202; Noakes, Heinzinger, Paden (1989), "Cubic splines on curved
 //! spaces", IMA J. Math. Control Inform. 6, 465-473.
 
+mod at_nodes;
 mod batch;
 mod block_products;
 mod boundary;
@@ -37,6 +38,7 @@ mod enclosure;
 mod end_equations;
 mod end_map;
 mod end_stiffness;
+mod few_dimensions;
 mod frame_flow;
 mod from_boundary;
 mod fused;
@@ -68,7 +70,7 @@ pub mod riemannian_cubic;
 mod rotation;
 pub(crate) mod search;
 mod shooting;
-mod single_leg;
+mod solution;
 pub(crate) mod solver;
 mod space_flow;
 mod split_state;

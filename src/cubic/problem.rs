@@ -199,6 +199,21 @@ impl Problem {
     }
 }
 
+impl Problem {
+    /// The distance of a path's end from the given one, in the unit of velocities for the latter.
+    pub(super) fn distance(&self, path: &Path) -> f64 {
+        let (last, k, m) = (&path.last, self.k, self.g.nrows() - self.k);
+        let matrix = |entries, columns| MatRef::from_column_major_slice(entries, k + m, columns);
+        let (s, e) = (matrix(last.s(), k), matrix(last.e(), m));
+        let omega = MatRef::from_column_major_slice(last.omega(0), k, k);
+        let b = MatRef::from_column_major_slice(last.b(0), m, k);
+        let [s1, v1] = &self.end;
+        let point = (s - &self.g * s1).norm_l2();
+        let velocity = (s * omega + e * b - &self.g * v1).norm_l2();
+        point.hypot(velocity / self.target.velocity_unit)
+    }
+}
+
 /// Up to this bound, no solution cheaper than the one from the flat start is known for any of 400 random problems
 /// (`docs/boundary_cost.md`). From rest to rest at distances of 2 to 2.79, for 5 of 40 problems on St(3,2) the flat
 /// start leads to a solution that costs at least ten times as much.

@@ -166,20 +166,19 @@ fn search(
     options: &SearchOptions<'_>,
     found: &mut Found<BoundaryReport>,
 ) -> Result<()> {
-    let mut y = start.to_vec();
-    if solver.restarted(&mut y, None)? {
-        found.add((y, solver.report(BoundaryStrategy::Direct)));
+    if let Some(solution) = solver.restarted(start, None)? {
+        found.add((solution.start, solver.report(BoundaryStrategy::Direct)));
     }
-    if let Some(solution) = solver.by_descents()? {
-        found.add(solution);
+    if let Some((solution, report)) = solver.by_descents()? {
+        found.add((solution.start, report));
     }
     let [once, twice] = match problem.flat()? {
         Some(flat) => [turned(problem, &flat, 1.0)?, turned(problem, &flat, 2.0)?],
         None => [Vec::new(), Vec::new()],
     };
     for flat in once.iter().chain(&twice) {
-        if let Some(solution) = solver.by_descent_along(flat)? {
-            found.add(solution);
+        if let Some((solution, report)) = solver.by_descent_along(flat)? {
+            found.add((solution.start, report));
         }
     }
     let (size, mut random) = (norm(start), Random::new(options.seed));

@@ -8,7 +8,9 @@ use super::homotopy::Homotopy;
 use super::problem::Problem;
 use super::random::Random;
 use super::shooting::ROUND_OFF;
+use super::solution::Solution;
 use super::taylor::Accuracy;
+use crate::collocation::Start;
 use crate::error::{Error, Result};
 use crate::report::{SolverReport, StopReason};
 use crate::shooting::StartResponse;
@@ -60,8 +62,8 @@ pub(super) struct Solver<'a> {
     nearest: (f64, StopReason),
 }
 
-/// `(x', x'')` of a solution, and how it was found.
-pub(super) type Solution = (Vec<f64>, BoundaryReport);
+/// A solution, and how it was found.
+pub(super) type Reported = (Solution, BoundaryReport);
 
 impl<'a> Solver<'a> {
     pub(super) fn new(problem: &'a Problem, options: &'a BoundaryOptions<'a>) -> Self {
@@ -83,16 +85,16 @@ impl<'a> Solver<'a> {
     }
 
     /// A solution near a start; `None` if all strategies fail.
-    pub(super) fn near(&mut self, start: &[f64]) -> Result<Option<Solution>> {
-        let mut y = start.to_vec();
-        if self.restarted(&mut y, None)? {
-            return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
+    pub(super) fn near(&mut self, start: &[f64]) -> Result<Option<Reported>> {
+        if let Some(found) = self.restarted(start, None)? {
+            return Ok(Some((found, self.report(BoundaryStrategy::Direct))));
         }
         if self.is_out_of_steps() || self.has_met_round_off() {
             return Ok(None);
         }
         if let Some(y) = self.moved(start, norm(start))? {
-            return Ok(Some((y, self.report(BoundaryStrategy::Moving))));
+            let found = Solution::of_start(y);
+            return Ok(Some((found, self.report(BoundaryStrategy::Moving))));
         }
         self.by_descents()
     }
@@ -154,17 +156,30 @@ impl<'a> Solver<'a> {
         Ok(self.newton(y, None, most - first)?.converged)
     }
 
-    /// Newton from a start, in place; the response of a chain that ends there is used first. A curve that cannot be
-    /// integrated is no solution.
+    /// The solution to which Newton's method leads from a start, at Gauss nodes or else by shooting; the response of a
+    /// chain that ends there is used first. A curve that cannot be integrated is no solution.
     pub(super) fn restarted(
         &mut self,
-        y: &mut [f64],
+        start: &[f64],
         response: Option<&StartResponse>,
-    ) -> Result<bool> {
-        match self.persistent(y, response) {
+    ) -> Result<Option<Solution>> {
+        if let Some(found) = self.at_nodes(start, Start::Curve)? {
+            return Ok(Some(found));
+        }
+        self.by_shooting(start, response)
+    }
+
+    /// As [`Solver::restarted`], by shooting.
+    pub(super) fn by_shooting(
+        &mut self,
+        start: &[f64],
+        response: Option<&StartResponse>,
+    ) -> Result<Option<Solution>> {
+        let mut y = start.to_vec();
+        match self.persistent(&mut y, response) {
             Err(error @ Error::Interrupted { .. }) => Err(error),
-            Err(_) => Ok(false),
-            converged => converged,
+            Err(_) | Ok(false) => Ok(None),
+            Ok(true) => Ok(Some(Solution::of_start(y))),
         }
     }
 

@@ -363,3 +363,49 @@ pub(crate) fn transposed_multiply<T: Number>(r: usize, a: &[T], b: &[T], out: &m
         }
     }
 }
+
+/// `out = a b^T` for matrices with rows of length `r`, where row `j` of `b` has `inner(j)` leading entries that may be
+/// nonzero.
+#[inline(always)]
+pub(crate) fn multiply_rows<T: Number>(
+    a: &[T],
+    b: &[T],
+    r: usize,
+    inner: impl Fn(usize) -> usize,
+    out: &mut [T],
+) {
+    let columns = b.len() / r;
+    let mut a = a.chunks_exact(ROWS * r);
+    let mut out = out.chunks_exact_mut(ROWS * columns);
+    for (a, out) in a.by_ref().zip(out.by_ref()) {
+        multiply_few_rows::<ROWS, T>(a, b, r, &inner, out);
+    }
+    let rest = a.remainder().chunks_exact(r);
+    for (a, out) in rest.zip(out.into_remainder().chunks_exact_mut(columns)) {
+        multiply_few_rows::<1, T>(a, b, r, &inner, out);
+    }
+}
+
+#[inline(always)]
+fn multiply_few_rows<const N: usize, T: Number>(
+    a: &[T],
+    b: &[T],
+    r: usize,
+    inner: &impl Fn(usize) -> usize,
+    out: &mut [T],
+) {
+    let columns = b.len() / r;
+    for (j, b) in b.chunks_exact(r).enumerate() {
+        let b = &b[..inner(j)];
+        let rows: [&[T]; N] = std::array::from_fn(|row| &a[row * r..][..b.len()]);
+        let mut sums = [T::ZERO; N];
+        for (l, b) in b.iter().enumerate() {
+            for (sum, row) in sums.iter_mut().zip(rows) {
+                *sum += row[l] * *b;
+            }
+        }
+        for (row, sum) in sums.iter().enumerate() {
+            out[row * columns + j] = *sum;
+        }
+    }
+}

@@ -5,6 +5,7 @@ mod common;
 #[path = "../common/boundary.rs"]
 mod data;
 
+mod at_nodes;
 mod bad_data;
 mod batch;
 mod known_solutions;

@@ -1,29 +1,28 @@
-//! Moderate boundary value problems, whose solution is one Taylor series about its middle.
+//! Boundary value problems in few dimensions, whose solution is one Taylor series about its middle.
 
+use super::at_nodes::boundary_data;
 use super::guess::FlatData;
-use super::initial::{Horizontal, complete_relative};
 use super::packing::pack;
 use super::problem::Problem;
+use super::solution::Solution;
 use super::solver::Solver;
 use super::taylor::Accuracy;
+use crate::collocation::BoundaryData;
 use crate::error::{Error, Result};
 use crate::report::StopReason;
 use crate::shooting::{EndData, lone_leg};
-use crate::space::{Homogeneous, in_space};
 
 /// Maximal number of steps; solved problems take five to nine.
 pub(super) const STEPS: usize = 11;
 
 impl Solver<'_> {
-    /// `(x', x'')` at the start of the solution, found with one series from the cubic of flat space; `None` if there is
-    /// none.
+    /// The solution found with one series from the cubic of flat space; `None` if there is none.
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(super) fn by_one_series(&mut self, flat: &FlatData) -> Result<Option<Vec<f64>>> {
+    pub(super) fn by_one_series(&mut self, flat: &FlatData) -> Result<Option<Solution>> {
         let problem = self.problem;
-        let unknowns = 2 * in_space!(problem.shape(), |space| space.dim());
-        if !(1..=MOST_UNKNOWNS).contains(&unknowns) || problem.target.tension > 0.0 {
+        if problem.target.tension > 0.0 {
             return Ok(None);
         }
         let data = end_data(problem, flat);
@@ -38,32 +37,23 @@ impl Solver<'_> {
             Err(error @ Error::Interrupted { .. }) => return Err(error),
             Err(_) => return Ok(None),
         };
-        let mut y = start;
         self.account_start(leg.steps);
         if distance <= self.tolerance() {
             self.set_nearest(distance, StopReason::Converged);
-            return Ok(Some(y));
+            return Ok(Some(Solution::of_start(start)));
         }
-        Ok(self.restarted(&mut y, None)?.then_some(y))
+        self.by_shooting(&start, None)
     }
 }
 
-/// Largest number of unknowns for which one series is tried. With a limit of 64, problems with speeds up to 1.6 on
-/// St(12,4), complex St(10,3) and (8,4), and St(20,5) (76, 102, 96 and 170 unknowns) take 5, 4, 4 and 3 times as long,
-/// but slow ones on St(20,5), with speeds of 0.6, only 0.7 times as long. With a limit of 1000, problems on St(40,10),
-/// with 690 unknowns, take 2 to 10 times as long.
-const MOST_UNKNOWNS: usize = 256;
-
 /// The end data, and the state at the middle of the cubic of flat space.
 pub(super) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
-    let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
-    let r = s1.nrows();
-    let frame = complete_relative(problem.kind().field, s1);
-    let last = Horizontal::of_tangent(frame.as_ref(), v1);
+    let BoundaryData {
+        target, velocities, ..
+    } = boundary_data(problem);
     EndData {
-        target: (0..r * r).map(|i| frame[(i / r, i % r)]).collect(),
-        velocities: [&problem.velocity, &last]
-            .map(|v| pack(problem.blocks(), std::slice::from_ref(v))),
+        target,
+        velocities,
         middle: middle(problem, flat),
     }
 }

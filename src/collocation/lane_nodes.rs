@@ -1,0 +1,271 @@
+//! Gauss nodes in groups of eight, and integrals of the polynomials through values at them.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::curve::nodes::Nodes;
+use crate::linalg::field::larger;
+use crate::linalg::lanes::{LANES, Lanes};
+use crate::linalg::simd::vectorised;
+
+/// Largest number of repeated integrals.
+const TIMES: usize = 3;
+
+/// Largest number of nodes.
+pub(super) const MOST: usize = 48;
+
+/// A multiple of eight nodes. Values of several functions at them are stored by groups of nodes, then by functions.
+pub(super) struct LaneNodes {
+    pub(super) nodes: Arc<Nodes>,
+    pub(super) s: Vec<Lanes>,
+    pub(super) weights: Vec<Lanes>,
+    /// For one to three integrals: to all groups of nodes, of the polynomial that is one at a node, node by node.
+    columns: [Vec<Lanes>; TIMES],
+}
+
+/// Cache, by the number of nodes.
+static KNOWN: Mutex<BTreeMap<usize, Arc<LaneNodes>>> = Mutex::new(BTreeMap::new());
+
+impl LaneNodes {
+    /// At least the given number of nodes; `None` for more than [`MOST`].
+    pub(super) fn at_least(count: usize) -> Option<Arc<Self>> {
+        let count = count.next_multiple_of(LANES);
+        if count > MOST {
+            return None;
+        }
+        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = known.entry(count);
+        Some(Arc::clone(
+            found.or_insert_with(|| Arc::new(Self::new(count))),
+        ))
+    }
+
+    fn new(count: usize) -> Self {
+        let nodes = Nodes::of(count);
+        let columns = |times: usize| {
+            let groups = (0..count * count / LANES).map(|at| {
+                let (node, first) = (at / (count / LANES), at % (count / LANES) * LANES);
+                let entry = |lane: usize| nodes.at[times + 1][(first + lane) * count + node];
+                Lanes(std::array::from_fn(entry))
+            });
+            groups.collect()
+        };
+        LaneNodes {
+            s: in_lanes(&nodes.s),
+            weights: in_lanes(&nodes.weights),
+            columns: std::array::from_fn(columns),
+            nodes,
+        }
+    }
+
+    /// Number of nodes.
+    pub(super) fn count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Number of groups.
+    pub(super) fn groups(&self) -> usize {
+        self.s.len()
+    }
+
+    /// Adds repeated integrals from 0 to the nodes, of functions with the given values.
+    pub(super) fn add_integrals(
+        &self,
+        times: usize,
+        values: &[Lanes],
+        functions: usize,
+        out: &mut [Lanes],
+    ) {
+        let columns = &self.columns[times - 1];
+        vectorised(
+            #[inline(always)]
+            || match self.groups() {
+                1 => add_integrals::<1>(columns, values, functions, out),
+                2 => add_integrals::<2>(columns, values, functions, out),
+                3 => add_integrals::<3>(columns, values, functions, out),
+                4 => add_integrals::<4>(columns, values, functions, out),
+                5 => add_integrals::<5>(columns, values, functions, out),
+                _ => add_integrals::<6>(columns, values, functions, out),
+            },
+        );
+    }
+
+    /// Adds repeated integrals from 0 to 1.
+    pub(super) fn add_integrals_to_end(
+        &self,
+        times: usize,
+        values: &[Lanes],
+        functions: usize,
+        out: &mut [f64],
+    ) {
+        let count = self.count();
+        let row = &self.nodes.at[times][count * count..];
+        for (values, factors) in values.chunks_exact(functions).zip(row.chunks_exact(LANES)) {
+            for (value, out) in values.iter().zip(&mut *out) {
+                let mut sum = 0.0;
+                for (x, factor) in value.0.iter().zip(factors) {
+                    sum += x * factor;
+                }
+                *out += sum;
+            }
+        }
+    }
+
+    /// Values of the polynomials through given values, at other nodes.
+    pub(super) fn values_at(
+        &self,
+        others: &Self,
+        values: &[Lanes],
+        functions: usize,
+    ) -> Vec<Lanes> {
+        let [factors, _] = self.nodes.onto(&others.nodes);
+        let mut out = vec![Lanes::ZERO; others.groups() * functions];
+        for (node, row) in factors.chunks_exact(self.count()).enumerate() {
+            let to = &mut out[node / LANES * functions..][..functions];
+            for (from, factor) in row.iter().enumerate() {
+                let values = &values[from / LANES * functions..][..functions];
+                for (to, value) in to.iter_mut().zip(values) {
+                    to.0[node % LANES] += factor * value.0[from % LANES];
+                }
+            }
+        }
+        out
+    }
+
+    /// The largest of the last two Legendre coefficients of all functions.
+    pub(super) fn largest_tail(&self, values: &[Lanes], functions: usize) -> f64 {
+        let mut most = 0.0;
+        for row in self.nodes.tail.chunks_exact(self.count()) {
+            for function in 0..functions {
+                let mut sum = 0.0;
+                let values = values.chunks_exact(functions);
+                for (values, factors) in values.zip(row.chunks_exact(LANES)) {
+                    for (x, factor) in values[function].0.iter().zip(factors) {
+                        sum += x * factor;
+                    }
+                }
+                most = larger(most, sum.abs());
+            }
+        }
+        most
+    }
+}
+
+/// The numbers in groups of eight.
+fn in_lanes(numbers: &[f64]) -> Vec<Lanes> {
+    let groups = numbers.chunks_exact(LANES);
+    groups
+        .map(|group| Lanes(std::array::from_fn(|lane| group[lane])))
+        .collect()
+}
+
+/// Number of functions that are integrated at once, because each sum must wait for its last addition.
+const ABREAST: usize = 2;
+
+#[inline(always)]
+fn add_integrals<const G: usize>(
+    columns: &[Lanes],
+    values: &[Lanes],
+    functions: usize,
+    out: &mut [Lanes],
+) {
+    let mut first = 0;
+    while first + ABREAST <= functions {
+        add_few::<G, ABREAST>(columns, values, functions, first, out);
+        first += ABREAST;
+    }
+    if first < functions {
+        add_few::<G, 1>(columns, values, functions, first, out);
+    }
+}
+
+#[inline(always)]
+fn add_few<const G: usize, const N: usize>(
+    columns: &[Lanes],
+    values: &[Lanes],
+    functions: usize,
+    first: usize,
+    out: &mut [Lanes],
+) {
+    let mut sums = [[Lanes::ZERO; N]; G];
+    let per_group = columns.chunks_exact(G * LANES);
+    for (columns, values) in per_group.zip(values.chunks_exact(functions)) {
+        let values = &values[first..][..N];
+        for (lane, columns) in columns.chunks_exact(G).enumerate() {
+            for (sums, column) in sums.iter_mut().zip(columns) {
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    *sum += *column * value.0[lane];
+                }
+            }
+        }
+    }
+    for (sums, out) in sums.iter().zip(out.chunks_exact_mut(functions)) {
+        for (sum, out) in sums.iter().zip(&mut out[first..]) {
+            *out += *sum;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Polynomials of several degrees, and their first integrals, at some times.
+    fn polynomial(function: usize, s: f64) -> f64 {
+        s.powi(function as i32)
+    }
+
+    fn values(nodes: &LaneNodes, functions: usize) -> Vec<Lanes> {
+        let groups = nodes.s.iter().flat_map(|s| {
+            (0..functions).map(|function| Lanes(s.0.map(|s| polynomial(function, s))))
+        });
+        groups.collect()
+    }
+
+    #[test]
+    fn polynomials_are_integrated_and_interpolated() {
+        for (count, functions) in [(8, 1), (8, 5), (16, 4), (24, 3), (32, 2), (40, 7), (48, 6)] {
+            let nodes = LaneNodes::at_least(count).unwrap();
+            let values = values(&nodes, functions);
+            for times in 1..=TIMES {
+                let mut integrals = vec![Lanes::ZERO; values.len()];
+                let mut at_end = vec![0.0; functions];
+                nodes.add_integrals(times, &values, functions, &mut integrals);
+                nodes.add_integrals_to_end(times, &values, functions, &mut at_end);
+                for function in 0..functions {
+                    let factor: f64 = (1..=times).map(|i| 1.0 / (function + i) as f64).product();
+                    let exact = |s: f64| factor * polynomial(function + times, s);
+                    assert!((at_end[function] - exact(1.0)).abs() < 1e-14);
+                    for (group, s) in nodes.s.iter().enumerate() {
+                        let found = integrals[group * functions + function];
+                        for (s, found) in s.0.into_iter().zip(found.0) {
+                            assert!((found - exact(s)).abs() < 1e-14, "{count} {function}");
+                        }
+                    }
+                }
+            }
+            let others = LaneNodes::at_least(13).unwrap();
+            let found = nodes.values_at(&others, &values, functions);
+            for (found, exact) in found.iter().zip(super::tests::values(&others, functions)) {
+                for (found, exact) in found.0.into_iter().zip(exact.0) {
+                    assert!((found - exact).abs() < 1e-13);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_last_two_coefficients_are_found() {
+        let nodes = LaneNodes::at_least(8).unwrap();
+        assert!(nodes.largest_tail(&values(&nodes, 6), 6) < 1e-15);
+        // The leading coefficient of the Legendre polynomial of degree 6 on [0, 1] is 924.
+        let tail = nodes.largest_tail(&values(&nodes, 7), 7);
+        assert!((tail - 1.0 / 924.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn there_are_no_more_than_most_nodes() {
+        assert!(LaneNodes::at_least(MOST).is_some());
+        assert!(LaneNodes::at_least(MOST + 1).is_none());
+    }
+}
