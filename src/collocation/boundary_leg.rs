@@ -21,6 +21,7 @@ pub(crate) struct BoundaryData {
     pub(crate) target: Vec<f64>,
     /// Velocities at the start and at the end, in the frames there.
     pub(crate) velocities: [Vec<f64>; 2],
+    /// Tension of the curve.
     pub(crate) tension: f64,
 }
 
@@ -127,6 +128,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         self.residual.frames = self.frames.update(&nodes, &self.along, speed, wanted);
         self.set_residual_at_end();
     }
+
     fn set_motion(&mut self) {
         let start = [&self.data.velocities[0], &self.bends[0], &self.bends[1]];
         let start = start.map(Vec::as_slice);
@@ -134,6 +136,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         let last = self.last.each_mut().map(Vec::as_mut_slice);
         set_motion(&self.nodes, start, &self.f, [x, x1, x2], last);
     }
+
     fn set_residual_of_f(&mut self) {
         let (space, d, tension) = (self.space, self.space.dim(), self.data.tension);
         let groups = self
@@ -194,7 +197,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         let velocities = q;
         velocities.fill(0.0);
         add_product_of_numbers(relative, reached, r, velocities);
-        let columns = space.row_len(r - 1);
+        let columns = columns(space);
         let mut sum = 0.0;
         for i in 0..r {
             for j in 0..columns {
@@ -224,7 +227,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
     /// Number of multiplications of a product with the linearised equations.
     pub(super) fn multiplications(&self) -> f64 {
         let (d, r) = (self.space.dim(), self.space.size());
-        let sizes = [d, r, self.space.row_len(r - 1), self.nodes.count()];
+        let sizes = [d, r, columns(self.space), self.nodes.count()];
         let [d, r, columns, count] = sizes.map(|size| size as f64);
         count * (3.0 * count * d + 2.0 * r * r * columns + 6.0 * d * r)
     }
@@ -250,6 +253,11 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         out.frames = self.frames.on_nodes(&self.nodes, nodes);
         out
     }
+}
+
+/// Number of columns of an element of `m` below the diagonal.
+pub(super) fn columns(space: impl Homogeneous) -> usize {
+    space.row_len(space.size() - 1)
 }
 
 /// Sets `x, x', x''` at the nodes and at the end, from their values at the start and `x'''` at the nodes.

@@ -10,7 +10,7 @@
 //! in the frame reached there. The linearised equations are `phi` minus the derivative of the right-hand side, `zeta_m`
 //! for the point, and `w(1) + [zeta_h, v]` for the velocity, with the wanted velocity `v` in the frame reached.
 
-use super::boundary_leg::{BoundaryLeg, set_motion};
+use super::boundary_leg::{BoundaryLeg, columns, set_motion};
 use super::lane_matrices::{add_product, times_transposed};
 use crate::linalg::lanes::{LANES, Lanes};
 use crate::linalg::simd::vectorised;
@@ -22,8 +22,10 @@ pub(super) struct BoundaryLinear<'l, 'd, S> {
     /// Frames at the nodes relative to the one at the end, and their leading columns, times the weights.
     relative: Vec<Lanes>,
     weighted: Vec<Lanes>,
+    /// The skew matrix of the wanted velocity.
     wanted: Vec<f64>,
     lengths: Vec<usize>,
+    /// `phi`, its image, and `w, w', w''` at the nodes and at the end.
     f: Vec<Lanes>,
     image: Vec<Lanes>,
     x: [Vec<Lanes>; 3],
@@ -174,11 +176,6 @@ impl<S: Homogeneous> BoundaryLeg<'_, S> {
             *x = now;
         }
     }
-}
-
-/// Number of columns of an element of `m` below the diagonal.
-fn columns(space: impl Homogeneous) -> usize {
-    space.row_len(space.size() - 1)
 }
 
 /// `out += a b^T` for `a` and `b` of shape `(r, columns)`.

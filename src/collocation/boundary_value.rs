@@ -37,8 +37,8 @@ const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 /// accurate, so that `x'` and `x''` at the start are exact to round-off.
 const TAIL: f64 = 1e-11;
 
-/// Number of multiplications in one product with the linearised equations, about a second, beyond which another method is
-/// used: work, memory and time without a poll for interruption are proportional to it.
+/// Number of multiplications in one product with the linearised equations beyond which another method is used: work, memory
+/// and time without a poll for interruption grow with it. An estimate of a second, not measured.
 const LARGEST: f64 = 1e9;
 
 /// Largest number of nodes.
@@ -216,7 +216,7 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
             Result::Ok(())
         })?;
         let product = leg.multiplications();
-        // Evaluating a curve takes about as long as five products.
+        // An upper estimate for the evaluations: one took the instructions of two to three products on St(20,5).
         if !(self.limits.may_go_on)((products + 5.0) * product) {
             return Ok(false);
         }

@@ -3,7 +3,7 @@
 use super::along::Along;
 use super::lane_matrices::{add_product, add_product_of_numbers, times_transposed};
 use super::lane_nodes::LaneNodes;
-use crate::linalg::field::{larger, largest};
+use crate::linalg::field::{larger, largest, set_identity};
 use crate::linalg::lanes::Lanes;
 use crate::space::Homogeneous;
 
@@ -55,9 +55,9 @@ impl LaneFrames {
     fn reset(&mut self) {
         let square = self.r * self.r;
         for frame in self.at_nodes.chunks_exact_mut(square) {
-            set_identity(self.r, Lanes::ONE, Lanes::ZERO, frame);
+            set_identity(self.r, frame);
         }
-        set_identity(self.r, 1.0, 0.0, &mut self.last);
+        set_identity(self.r, &mut self.last);
     }
 
     /// Updates the frames for a curve, from frames along a curve nearby if the present ones are such, until their defect
@@ -125,12 +125,12 @@ impl LaneFrames {
         }
         let frames = self.at_nodes.chunks_exact(square);
         for (defect, frame) in self.defects.chunks_exact_mut(square).zip(frames) {
-            set_identity(r, Lanes::ONE, Lanes::ZERO, defect);
+            set_identity(r, defect);
             for (defect, frame) in defect.iter_mut().zip(frame) {
                 *defect -= *frame;
             }
         }
-        set_identity(r, 1.0, 0.0, &mut self.last_defect);
+        set_identity(r, &mut self.last_defect);
         for (defect, frame) in self.last_defect.iter_mut().zip(&self.last) {
             *defect -= frame;
         }
@@ -191,13 +191,6 @@ fn times_skew(a: &[Lanes], x: &[Lanes], r: usize, lengths: &[usize], out: &mut [
     times_transposed(a, x, r, lengths, out);
     for out in out {
         *out = -*out;
-    }
-}
-
-fn set_identity<T: Copy>(r: usize, one: T, zero: T, out: &mut [T]) {
-    out.fill(zero);
-    for entry in out.iter_mut().step_by(r + 1) {
-        *entry = one;
     }
 }
 

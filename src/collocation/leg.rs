@@ -2,7 +2,8 @@
 
 use crate::curve::nodes::Nodes;
 use crate::linalg::field::{
-    Field, accumulate, larger, largest, multiply, multiply_transposed, transposed_multiply,
+    Field, accumulate, larger, largest, multiply, multiply_transposed, set_identity,
+    transposed_multiply,
 };
 use crate::space::{Homogeneous, orthonormalise};
 
@@ -380,13 +381,5 @@ impl<T: Field> Leg<T> {
         accumulate(integral, count, rates, square, &mut out.frames);
         out.set_motion(space, to);
         out
-    }
-}
-
-#[inline(always)]
-fn set_identity<T: Field>(r: usize, out: &mut [T]) {
-    out.fill(T::ZERO);
-    for i in 0..r {
-        out[i * r + i] = T::constant(1.0);
     }
 }

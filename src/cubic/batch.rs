@@ -19,7 +19,8 @@ use crate::shooting::{EndData, LoneLeg, lone_legs};
 const TASK: usize = 64;
 
 /// Largest number of rows for which problems are solved eight at once. On St(3,1) and St(3,2) this takes 0.87 and 0.73
-/// times as long as one by one; on St(4,2) and St(6,3) it would take 1.4 and 2.1 times as long.
+/// times as long as one by one; on St(4,2) and St(6,3) it would take 1.4 and 2.1 times as long as one series each, which
+/// takes longer than nodes.
 const MOST_ROWS: usize = 3;
 
 /// The Riemannian cubic that solves a boundary value problem, by its initial data.

@@ -21,7 +21,7 @@ use crate::shooting::{Descent, Layout, LeastCost, StartResponse, least_cost, pro
 use crate::space::{Homogeneous, in_space};
 
 /// Norm of the gradient at which descents stop, in the time of a leg; a few Newton steps then remain. With 1e-6, problems
-/// with distance up to 3 and speeds up to 6 on St(6,3) and St(10,3) take 1.2 and 1.4 times as long, and none of 340
+/// with distance up to 3 and speeds up to 6 on St(6,3) and St(10,3) take 1.2 and 1.4 times as long, and none of 440
 /// problems costs less; with 0.1, one of 40 on St(10,3) costs 1.2 times as much.
 const TOLERANCE: f64 = 1e-3;
 

@@ -364,6 +364,15 @@ pub(crate) fn transposed_multiply<T: Number>(r: usize, a: &[T], b: &[T], out: &m
     }
 }
 
+/// The identity matrix of size `r`.
+#[inline(always)]
+pub(crate) fn set_identity<T: Number>(r: usize, out: &mut [T]) {
+    out.fill(T::ZERO);
+    for i in 0..r {
+        out[i * r + i] = T::constant(1.0);
+    }
+}
+
 /// `out = a b^T` for matrices with rows of length `r`, where row `j` of `b` has `inner(j)` leading entries that may be
 /// nonzero.
 #[inline(always)]

@@ -178,3 +178,23 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     }
     sums.iter().sum::<f64>() + rest
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Small integers, exact in any order of summation.
+    #[test]
+    fn products_of_any_length_are_summed() {
+        for count in 0..30_usize {
+            let x: Vec<f64> = (0..count).map(|i| i as f64 - 7.0).collect();
+            for more in [0, 1, 9] {
+                let y: Vec<f64> = (0..count + more).map(|i| 3.0 - i as f64).collect();
+                let exact: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
+                assert_eq!(dot(&x, &y), exact, "{count} {more}");
+                assert_eq!(dot(&y, &x), exact, "{count} {more}");
+            }
+        }
+        assert_eq!(norm(&[3.0, 4.0]), 5.0);
+    }
+}

@@ -133,7 +133,7 @@ fn complex_data() {
     }
 }
 
-/// The solution of a guess is the curve of the guess, also where the flat start leads elsewhere.
+/// The solution of a guess is the curve of the guess, at speeds at which there are others.
 #[test]
 fn a_guess_leads_back_to_its_curve() {
     let mut rng = Rng::new(64);
