@@ -8,10 +8,9 @@ use super::packing::pack;
 use super::problem::Problem;
 use super::solution::Solution;
 use super::solver::Solver;
-use super::work::{of_products, work_of_curve};
+use super::work::of_products;
 use crate::collocation::{BoundaryData, BoundaryLimits, Start, solve_between_ends};
-use crate::error::{Error, Result};
-use crate::report::StopReason;
+use crate::error::Result;
 
 /// Largest number of unknowns for which one series is used instead: on St(3,1) and St(3,2) it takes less than half as long.
 const FEW: usize = 6;
@@ -64,22 +63,10 @@ impl Solver<'_> {
         if outcome.steps > 0 || outcome.found.is_some() {
             self.account_start(outcome.steps);
         }
-        let Some(bends) = outcome.found else {
-            return Ok(None);
-        };
-        let start = bends.concat();
-        let path = match problem.path(&start, self.options.interrupt) {
-            Ok(path) => path,
-            Err(error @ Error::Interrupted { .. }) => return Err(error),
-            Err(_) => return Ok(None),
-        };
-        self.map.count(work_of_curve(problem.blocks()));
-        let distance = problem.distance(&path);
-        if distance > self.tolerance() {
-            return self.by_shooting(&start, None);
+        match outcome.found {
+            Some(bends) => self.integrated(bends.concat()),
+            None => Ok(None),
         }
-        self.set_nearest(distance, StopReason::Converged);
-        Ok(Some(Solution::new(start, path)))
     }
 }
 

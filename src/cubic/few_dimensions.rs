@@ -6,10 +6,8 @@ use super::packing::pack;
 use super::problem::Problem;
 use super::solution::Solution;
 use super::solver::Solver;
-use super::taylor::Accuracy;
 use crate::collocation::BoundaryData;
-use crate::error::{Error, Result};
-use crate::report::StopReason;
+use crate::error::Result;
 use crate::shooting::{EndData, lone_leg};
 
 /// Maximal number of steps; solved problems take five to nine.
@@ -31,18 +29,8 @@ impl Solver<'_> {
         let Some(leg) = legs.into_iter().flatten().next() else {
             return Ok(None);
         };
-        let start = leg.start;
-        let distance = match self.map.equations(&start, Accuracy::FULL) {
-            Ok((_, distance)) => distance,
-            Err(error @ Error::Interrupted { .. }) => return Err(error),
-            Err(_) => return Ok(None),
-        };
         self.account_start(leg.steps);
-        if distance <= self.tolerance() {
-            self.set_nearest(distance, StopReason::Converged);
-            return Ok(Some(Solution::of_start(start)));
-        }
-        self.by_shooting(&start, None)
+        self.integrated(leg.start)
     }
 }
 

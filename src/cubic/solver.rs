@@ -10,6 +10,7 @@ use super::random::Random;
 use super::shooting::ROUND_OFF;
 use super::solution::Solution;
 use super::taylor::Accuracy;
+use super::work::work_of_curve;
 use crate::collocation::Start;
 use crate::error::{Error, Result};
 use crate::report::{SolverReport, StopReason};
@@ -181,6 +182,26 @@ impl<'a> Solver<'a> {
             Err(_) | Ok(false) => Ok(None),
             Ok(true) => Ok(Some(Solution::of_start(y))),
         }
+    }
+
+    /// The solution with the given `(x', x'')` at the start, integrated, or the one to which shooting leads from there if
+    /// its end is not near enough; `None` if there is none, or if the curve cannot be integrated.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub(super) fn integrated(&mut self, start: Vec<f64>) -> Result<Option<Solution>> {
+        let path = match self.problem.path(&start, self.options.interrupt) {
+            Ok(path) => path,
+            Err(error @ Error::Interrupted { .. }) => return Err(error),
+            Err(_) => return Ok(None),
+        };
+        self.map.count(work_of_curve(self.problem.blocks()));
+        let distance = self.problem.distance(&path);
+        if distance > self.tolerance {
+            return self.by_shooting(&start, None);
+        }
+        self.set_nearest(distance, StopReason::Converged);
+        Ok(Some(Solution::new(start, path)))
     }
 
     /// The sum of initial and end speed.
