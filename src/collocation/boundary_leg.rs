@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use super::along::Along;
 use super::lane_frames::LaneFrames;
-use super::lane_matrices::add_product_of_numbers;
+use super::lane_matrices::{add_product_of_numbers, orthonormalise};
 use super::lane_nodes::LaneNodes;
 use crate::linalg::field::{larger, largest};
 use crate::linalg::lanes::Lanes;
 use crate::linalg::simd::vectorised;
-use crate::space::{Homogeneous, orthonormalise};
+use crate::space::Homogeneous;
 
 /// Maximal number of Picard iterations for `x'''`.
 const MOST_SWEEPS: usize = 30;
@@ -171,7 +171,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         add_product_of_numbers(&self.back, &self.frames.last, r, u);
         space.isotropy_part_into(u, q);
         if space.isotropy_dim() > 0 {
-            orthonormalise(r, q, rest);
+            orthonormalise(q, r);
         }
         let (transposed, relative) = rest.split_at_mut(square);
         for (i, entry) in transposed.iter_mut().enumerate() {

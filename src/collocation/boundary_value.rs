@@ -11,8 +11,7 @@ use std::sync::Arc;
 
 use super::boundary_leg::{BoundaryData, BoundaryLeg};
 use super::boundary_linear::BoundaryLinear;
-use super::lane_nodes::LaneNodes;
-use super::solve::nodes;
+use super::lane_nodes::{LaneNodes, nodes};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::field::larger;

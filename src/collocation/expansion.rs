@@ -1,22 +1,23 @@
-//! Polynomials through values at nodes, in powers of the time from the middle of a leg.
+//! Polynomials through values at nodes and their integrals, in powers of the time from the middle.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::leg::Leg;
 use crate::curve::nodes::{Nodes, integral};
-use crate::legs::{Dense, Polynomials};
-use crate::linalg::field::{Field, accumulate, multiply};
-use crate::space::Homogeneous;
+use crate::linalg::field::accumulate;
+use crate::linalg::simd::vectorised;
+
+/// Largest number of repeated integrals.
+const TIMES: usize = 4;
 
 /// The matrices that map values at nodes to coefficients.
 pub(super) struct Expansion {
-    order: usize,
+    /// Degree of all polynomials: that of the fourth integrals.
+    pub(super) order: usize,
     /// Maps values at the nodes to Legendre coefficients.
     analysis: Vec<f64>,
-    /// Map Legendre coefficients of a function to coefficients in `s - 1/2` of its first and its third integral from 0.
-    first: Vec<f64>,
-    third: Vec<f64>,
+    /// Maps Legendre coefficients of a function to coefficients in `s - 1/2` of its values and repeated integrals from 0.
+    powers: [Vec<f64>; TIMES + 1],
 }
 
 /// Cache, by the number of nodes.
@@ -31,79 +32,58 @@ impl Expansion {
 
     fn new(nodes: &Nodes) -> Self {
         let count = nodes.len();
-        let order = count + 2;
+        let order = count - 1 + TIMES;
         let centered = centered_legendre(order);
-        let (mut first, mut third) = (
-            vec![0.0; (order + 1) * count],
-            vec![0.0; (order + 1) * count],
-        );
+        let mut powers: [Vec<f64>; TIMES + 1] =
+            std::array::from_fn(|_| vec![0.0; (order + 1) * count]);
         for degree in 0..count {
             let mut series = vec![0.0; degree + 1];
             series[degree] = 1.0;
-            for times in 1..=3 {
-                series = integral(&series);
-                let out = match times {
-                    1 => &mut first,
-                    3 => &mut third,
-                    _ => continue,
-                };
+            for out in &mut powers {
                 for (c, polynomial) in series.iter().zip(&centered) {
                     for (power, coefficient) in polynomial.iter().enumerate() {
                         out[power * count + degree] += c * coefficient;
                     }
                 }
+                series = integral(&series);
             }
         }
         Expansion {
             order,
             analysis: nodes.analysis(),
-            first,
-            third,
+            powers,
         }
     }
 
-    /// Writes the polynomials of a group of legs, starting at leg `first`.
-    #[inline(always)]
-    pub(super) fn write<T: Field>(
-        &self,
-        space: impl Homogeneous,
-        first: usize,
-        leg: &Leg<T>,
-        dense: &mut Dense,
-    ) {
-        let (d, r) = (space.dim(), space.size());
-        let (count, square, terms) = (leg.f.len() / d, r * r, self.order + 1);
-        let zeros = |size: usize| vec![T::ZERO; size];
-        let (mut series, mut x) = (zeros(count * d), zeros(terms * d));
-        accumulate(&self.analysis, count, &leg.f, d, &mut series);
-        for p in 0..d {
-            // The quadratic part about the middle.
-            let (v, a, b) = (leg.velocity[p], leg.acceleration[p], leg.third[p]);
-            x[p] = v + a * 0.5 + b * 0.125;
-            x[d + p] = a + b * 0.5;
-            x[2 * d + p] = b * 0.5;
+    /// Coefficients of several functions from their values, node by node.
+    pub(super) fn values(&self, values: &[f64], functions: usize) -> Vec<f64> {
+        self.coefficients(0, values, functions)
+    }
+
+    /// Those of their integrals from 0.
+    pub(super) fn first_integrals(&self, values: &[f64], functions: usize) -> Vec<f64> {
+        self.coefficients(1, values, functions)
+    }
+
+    /// Those of their fourth integrals.
+    pub(super) fn fourth_integrals(&self, values: &[f64], functions: usize) -> Vec<f64> {
+        self.coefficients(TIMES, values, functions)
+    }
+
+    fn coefficients(&self, times: usize, values: &[f64], functions: usize) -> Vec<f64> {
+        let count = self.order + 1 - TIMES;
+        let mut series = vec![0.0; count * functions];
+        let mut out = vec![0.0; (self.order + 1) * functions];
+        if functions > 0 {
+            vectorised(
+                #[inline(always)]
+                || {
+                    accumulate(&self.analysis, count, values, functions, &mut series);
+                    accumulate(&self.powers[times], count, &series, functions, &mut out);
+                },
+            );
         }
-        accumulate(&self.third, count, &series, d, &mut x);
-        let (mut rates, mut matrix) = (zeros(count * square), zeros(square));
-        for j in 0..count {
-            space.matrix_into(&leg.x[0][j * d..], &mut matrix);
-            let out = &mut rates[j * square..][..square];
-            multiply(r, &leg.frames[j * square..][..square], &matrix, out);
-        }
-        let (mut series, mut frames) = (zeros(count * square), zeros(terms * square));
-        accumulate(&self.analysis, count, &rates, square, &mut series);
-        for i in 0..r {
-            frames[i * r + i] = T::constant(1.0);
-        }
-        accumulate(&self.first, count, &series, square, &mut frames);
-        let [v, a, b] = leg.x.each_ref().map(|x| &x[count * d..]);
-        let polynomials = Polynomials {
-            x: &x,
-            frames: &frames,
-            ends: [&leg.velocity, &leg.acceleration, &leg.third, v, a, b],
-            last_frame: &leg.frames[count * square..],
-        };
-        dense.write(first, &polynomials);
+        out
     }
 }
 

@@ -1,6 +1,6 @@
 //! Products of square matrices at eight nodes at once, in row-major order.
 
-use crate::linalg::field::{accumulate, multiply_rows};
+use crate::linalg::field::{accumulate, larger, multiply_rows};
 use crate::linalg::lanes::Lanes;
 use crate::linalg::simd::vectorised;
 
@@ -33,4 +33,34 @@ pub(super) fn add_product_of_numbers(a: &[f64], b: &[f64], r: usize, out: &mut [
         #[inline(always)]
         || accumulate(a, r, b, r, out),
     );
+}
+
+/// Maximal number of steps of [`orthonormalise`], which square the defect.
+const MOST_POLAR_STEPS: usize = 5;
+
+/// The polar factor of a matrix of size `r` near an orthogonal one, by the Newton-Schulz iteration `q <- q (3 - q^T q) / 2`.
+pub(super) fn orthonormalise(q: &mut [f64], r: usize) {
+    let square = r * r;
+    let mut work = vec![0.0; 2 * square];
+    let (transposed, gram) = work.split_at_mut(square);
+    for _ in 0..MOST_POLAR_STEPS {
+        for (i, entry) in transposed.iter_mut().enumerate() {
+            *entry = q[i % r * r + i / r];
+        }
+        gram.fill(0.0);
+        add_product_of_numbers(transposed, q, r, gram);
+        let mut defect = 0.0;
+        for (i, entry) in gram.iter_mut().enumerate() {
+            *entry -= f64::from(u8::from(i % (r + 1) == 0));
+            defect = larger(defect, entry.abs());
+            *entry *= -0.5;
+        }
+        transposed.copy_from_slice(q);
+        add_product_of_numbers(transposed, gram, r, q);
+        // The next defect is about three quarters of the square.
+        let is_round_off = defect * defect <= f64::EPSILON;
+        if is_round_off {
+            break;
+        }
+    }
 }

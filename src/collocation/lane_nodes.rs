@@ -15,6 +15,7 @@ const TIMES: usize = 3;
 pub(super) const MOST: usize = 48;
 
 /// A multiple of eight nodes. Values of several functions at them are stored by groups of nodes, then by functions.
+#[derive(Debug)]
 pub(super) struct LaneNodes {
     pub(super) nodes: Arc<Nodes>,
     pub(super) s: Vec<Lanes>,
@@ -30,14 +31,18 @@ impl LaneNodes {
     /// At least the given number of nodes; `None` for more than [`MOST`].
     pub(super) fn at_least(count: usize) -> Option<Arc<Self>> {
         let count = count.next_multiple_of(LANES);
-        if count > MOST {
-            return None;
-        }
+        (count <= MOST).then(|| Self::of(count))
+    }
+
+    /// The smallest number of nodes.
+    pub(super) fn few() -> Arc<Self> {
+        Self::of(LANES)
+    }
+
+    fn of(count: usize) -> Arc<Self> {
         let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
         let found = known.entry(count);
-        Some(Arc::clone(
-            found.or_insert_with(|| Arc::new(Self::new(count))),
-        ))
+        Arc::clone(found.or_insert_with(|| Arc::new(Self::new(count))))
     }
 
     fn new(count: usize) -> Self {
@@ -76,17 +81,12 @@ impl LaneNodes {
         functions: usize,
         out: &mut [Lanes],
     ) {
-        let columns = &self.columns[times - 1];
-        vectorised(
-            #[inline(always)]
-            || match self.groups() {
-                1 => add_integrals::<1>(columns, values, functions, out),
-                2 => add_integrals::<2>(columns, values, functions, out),
-                3 => add_integrals::<3>(columns, values, functions, out),
-                4 => add_integrals::<4>(columns, values, functions, out),
-                5 => add_integrals::<5>(columns, values, functions, out),
-                _ => add_integrals::<6>(columns, values, functions, out),
-            },
+        add_polynomials(
+            self.groups(),
+            &self.columns[times - 1],
+            values,
+            functions,
+            out,
         );
     }
 
@@ -151,6 +151,16 @@ impl LaneNodes {
     }
 }
 
+/// The number of nodes, or of iterations, for a leg along which the frame rotates by `speed`; the maximum if `speed` is
+/// not finite.
+pub(crate) fn nodes([still, radian]: [f64; 2], speed: f64, most: usize) -> usize {
+    let wanted = (still + radian * speed).ceil();
+    match wanted < most as f64 {
+        true => wanted as usize,
+        false => most,
+    }
+}
+
 /// The numbers in groups of eight.
 fn in_lanes(numbers: &[f64]) -> Vec<Lanes> {
     let groups = numbers.chunks_exact(LANES);
@@ -161,6 +171,27 @@ fn in_lanes(numbers: &[f64]) -> Vec<Lanes> {
 
 /// Number of functions that are integrated at once, because each sum must wait for its last addition.
 const ABREAST: usize = 2;
+
+/// Adds to values at all nodes what a matrix makes of given ones; for each node, the matrix has its column by groups.
+pub(super) fn add_polynomials(
+    groups: usize,
+    columns: &[Lanes],
+    values: &[Lanes],
+    functions: usize,
+    out: &mut [Lanes],
+) {
+    vectorised(
+        #[inline(always)]
+        || match groups {
+            1 => add_integrals::<1>(columns, values, functions, out),
+            2 => add_integrals::<2>(columns, values, functions, out),
+            3 => add_integrals::<3>(columns, values, functions, out),
+            4 => add_integrals::<4>(columns, values, functions, out),
+            5 => add_integrals::<5>(columns, values, functions, out),
+            _ => add_integrals::<6>(columns, values, functions, out),
+        },
+    );
+}
 
 #[inline(always)]
 fn add_integrals<const G: usize>(

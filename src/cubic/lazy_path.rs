@@ -2,20 +2,17 @@
 
 use std::fmt;
 use std::ops::Deref;
-use std::sync::{Arc, LazyLock};
+use std::sync::LazyLock;
 
 use super::path::Path;
-
-/// Computes the path of a leg, given its index.
-pub(crate) type Legs = dyn Fn(usize) -> Path + Send + Sync;
 
 /// A path, or the closure that computes it, which is dropped once the path exists.
 pub(crate) struct LazyPath(LazyLock<Path, Box<dyn FnOnce() -> Path + Send>>);
 
 impl LazyPath {
-    /// The path of a leg, not yet computed.
-    pub(crate) fn of_leg(legs: Arc<Legs>, leg: usize) -> Self {
-        LazyPath(LazyLock::new(Box::new(move || legs(leg))))
+    /// A path that is not yet computed.
+    pub(crate) fn of(path: impl FnOnce() -> Path + Send + 'static) -> Self {
+        LazyPath(LazyLock::new(Box::new(path)))
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::gauss_legendre::gauss_legendre;
 
 /// Largest number of repeated integrals.
-const TIMES: usize = 3;
+const TIMES: usize = 4;
 
 /// Gauss nodes, and the matrices that map values at them to values and repeated integrals from 0 of the interpolation
 /// polynomial.
@@ -14,7 +14,7 @@ const TIMES: usize = 3;
 pub(crate) struct Nodes {
     pub(crate) s: Vec<f64>,
     pub(crate) weights: Vec<f64>,
-    /// Values and one to three integrals at the nodes and, in the last row, at 1; in row-major order.
+    /// Values and one to four integrals at the nodes and, in the last row, at 1; in row-major order.
     pub(crate) at: [Vec<f64>; TIMES + 1],
     /// Maps values at the nodes to the last two Legendre coefficients.
     pub(crate) tail: Vec<f64>,
@@ -41,7 +41,7 @@ impl Nodes {
         self.s.len()
     }
 
-    /// Values and one to three integrals at given points, one row per point.
+    /// Values and one to four integrals at given points, one row per point.
     pub(crate) fn integrals_at(&self, points: &[f64]) -> [Vec<f64>; TIMES + 1] {
         let count = self.len();
         let bases: Vec<Vec<f64>> = points.iter().map(|s| legendre(count + TIMES, *s)).collect();

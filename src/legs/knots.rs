@@ -1,6 +1,6 @@
 //! A chain of knots: frames, times, and the conditions at the ends.
 
-use crate::linalg::field::{Field, larger};
+use crate::linalg::field::{Field, larger, largest};
 use crate::space::Homogeneous;
 
 /// The condition at an end of a chain, in coordinates, per unit of time.
@@ -158,10 +158,7 @@ impl<'a> Knots<'a> {
     pub(crate) fn largest_jump(&self, jumps: &[f64], d: usize) -> f64 {
         let mut most = 0.0;
         for (knot, jump) in jumps.chunks_exact(d).enumerate() {
-            let square = self.shortest(knot).powi(2);
-            for jump in jump {
-                most = larger(most, square * jump.abs());
-            }
+            most = larger(most, self.shortest(knot).powi(2) * largest(jump));
         }
         most
     }

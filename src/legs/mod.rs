@@ -6,4 +6,6 @@ mod options;
 
 pub(crate) use dense::{Curves, Dense, Polynomials};
 pub(crate) use knots::{End, Ends, Knots};
-pub(crate) use options::{Options, Progress, ThirdDerivative};
+#[cfg(test)]
+pub(crate) use options::ThirdDerivative;
+pub(crate) use options::{Options, Progress};

@@ -25,6 +25,14 @@ pub(crate) struct Options<'a> {
     pub(crate) interrupt: Interrupt<'a>,
 }
 
+impl Options<'_> {
+    /// # Errors
+    /// `Interrupted`.
+    pub(crate) fn check(&self) -> Result<()> {
+        self.interrupt.check(SOLVER)
+    }
+}
+
 /// Progress of an iteration.
 pub(crate) struct Progress {
     iterations: usize,
@@ -69,7 +77,7 @@ impl Progress {
         if !(options.may_go_on)(products) {
             return Ok(Some(StopReason::WorkLimit));
         }
-        options.interrupt.check(SOLVER)?;
+        options.check()?;
         self.iterations += 1;
         Ok(None)
     }

@@ -19,16 +19,22 @@ const DEPENDENT: f64 = 1e-13;
 /// Walker, Ni (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
 pub(crate) struct Anderson {
     depth: usize,
-    /// The latest increment of the iterate, and the step before it.
-    last: Option<(Vec<f64>, Vec<f64>)>,
+    last: Option<Last>,
     /// Newest first.
     differences: VecDeque<Difference>,
 }
 
-/// A difference of iterates and the difference of their steps.
-struct Difference {
+/// The latest increment of the iterate, the step before it, and products of that step with the differences of steps.
+struct Last {
     dx: Vec<f64>,
+    f: Vec<f64>,
+    products: Vec<f64>,
+}
+
+/// A difference of steps, and its sum with the difference of iterates.
+struct Difference {
     df: Vec<f64>,
+    sum: Vec<f64>,
     /// Products of `df` with itself and with those of the older differences, newest first.
     products: Vec<f64>,
 }
@@ -50,29 +56,50 @@ impl Anderson {
 
     /// The increment of the iterate after computing its step `f`; the iterate itself may be a point of a manifold.
     pub(crate) fn increment(&mut self, f: Vec<f64>) -> Vec<f64> {
-        if let Some((dx, mut df)) = self.last.take() {
-            for (before, f) in df.iter_mut().zip(&f) {
-                *before = f - *before;
-            }
-            self.differences.truncate(self.depth - 1);
-            let older = self.differences.iter().map(|older| dot(&df, &older.df));
-            let products = std::iter::once(dot(&df, &df)).chain(older).collect();
-            self.differences.push_front(Difference { dx, df, products });
+        let all = self.differences.iter().map(|older| dot(&f, &older.df));
+        let mut right: Vec<f64> = all.collect();
+        if let Some(last) = self.last.take() {
+            self.add_difference(last, &f, &mut right);
         }
         let mut increment = f.clone();
-        for (difference, share) in self.differences.iter().zip(self.shares(&f)) {
-            let Difference { dx, df, .. } = difference;
-            for ((to, dx), df) in increment.iter_mut().zip(dx).zip(df) {
-                *to -= share * (dx + df);
+        for (difference, share) in self.differences.iter().zip(self.shares(&right)) {
+            for (to, sum) in increment.iter_mut().zip(&difference.sum) {
+                *to -= share * sum;
             }
         }
-        self.last = Some((increment.clone(), f));
+        self.last = Some(Last {
+            dx: increment.clone(),
+            f,
+            products: right,
+        });
         increment
     }
 
+    /// Stores the difference from the last step, given products of the present one with the older differences, which are
+    /// completed. Products of differences follow from those of steps.
+    fn add_difference(&mut self, last: Last, f: &[f64], right: &mut Vec<f64>) {
+        let Last {
+            dx: mut sum,
+            f: mut df,
+            products: before,
+        } = last;
+        for ((df, sum), f) in df.iter_mut().zip(&mut sum).zip(f) {
+            *df = f - *df;
+            *sum += *df;
+        }
+        self.differences.truncate(self.depth - 1);
+        right.truncate(self.depth - 1);
+        let older = right.iter().zip(&before).map(|(now, before)| now - before);
+        let products = std::iter::once(dot(&df, &df)).chain(older).collect();
+        right.insert(0, dot(f, &df));
+        self.differences
+            .push_front(Difference { df, sum, products });
+    }
+
     /// The least-squares solution `gamma`, by a Cholesky factorisation of the products of the differences, which are
-    /// kept between steps; dependent directions get zero. A few digits are enough.
-    fn shares(&self, f: &[f64]) -> Vec<f64> {
+    /// kept between steps; dependent directions get zero. A few digits are enough. `right` are the products of the
+    /// differences with `f_j`.
+    fn shares(&self, right: &[f64]) -> Vec<f64> {
         let count = self.differences.len();
         let mut lower = vec![vec![0.0; count]; count];
         let mut shares = vec![0.0; count];
@@ -89,7 +116,7 @@ impl Anderson {
             }
             if lower[i][i] > 0.0 {
                 let known: f64 = (0..i).map(|l| lower[i][l] * shares[l]).sum();
-                shares[i] = (dot(f, &self.differences[i].df) - known) / lower[i][i];
+                shares[i] = (right[i] - known) / lower[i][i];
             }
         }
         for i in (0..count).rev() {

@@ -262,26 +262,6 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
             }
         }
     }
-
-    /// The right-hand side of the equation of cubics, from coordinates of `x, x', x''`; `work` holds two matrices and a
-    /// vector of `h`.
-    #[inline(always)]
-    fn third_derivative_into<T: Number>(self, x: [&[T]; 3], work: &mut [T], out: &mut [T]) {
-        let square = self.size() * self.size();
-        let (matrix, rest) = work.split_at_mut(square);
-        let (other, rest) = rest.split_at_mut(square);
-        self.matrix_into(x[0], matrix);
-        self.matrix_into(x[2], other);
-        out[..self.dim()].fill(T::ZERO);
-        self.add_bracket(other, matrix, 1.0, out);
-        if self.isotropy_dim() > 0 {
-            let isotropy = &mut rest[..self.isotropy_dim()];
-            isotropy.fill(T::ZERO);
-            self.matrix_into(x[1], other);
-            self.add_isotropy_bracket(matrix, other, 1.0, isotropy);
-            self.subtract_action(isotropy, matrix, out);
-        }
-    }
 }
 
 /// Entry `(i, j)` of `Ad_u (E_ab - E_ba)`.

@@ -3,11 +3,14 @@
 //!
 //! Work and memory are linear in the number of rows.
 
+use std::sync::Arc;
+
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 use rayon::prelude::*;
 
 use super::chain::{Chain, JOINS, Joint, Means, Movable, links, square};
+use super::embedded::InEmbedding;
 use super::motion::Motion;
 use crate::cubic::guess::carry;
 use crate::cubic::initial::Coordinates;
@@ -190,6 +193,34 @@ impl Chain for Ambient<'_> {
         let data = Coordinates::of_checked(data, 1.0, kind);
         let state = State::of_coordinates(data.blocks, data.entries);
         (data.frame, state.in_tension(self.leg_tension(leg)))
+    }
+}
+
+impl InEmbedding for Ambient<'_> {
+    fn points(&self) -> Vec<Mat<f64>> {
+        self.points.clone()
+    }
+
+    fn matrix_of(&self, _: usize, v: &[f64]) -> Mat<f64> {
+        self.matrix(v).to_owned()
+    }
+
+    fn vector_of(&self, _: usize, v: MatRef<'_, f64>) -> Vec<f64> {
+        entries(&v.to_owned())
+    }
+
+    fn frames_of_space(&self) -> Option<Arc<[Mat<f64>]>> {
+        None
+    }
+
+    fn space(&self) -> (Sized, usize) {
+        let (n, k) = self.points[0].shape();
+        let r = n.min(4 * k);
+        (Sized::new(r - k, k, self.kind.quotient), k)
+    }
+
+    fn tension(&self) -> f64 {
+        self.tension
     }
 }
 

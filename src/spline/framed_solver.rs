@@ -1,18 +1,21 @@
-//! Splines through knots with frames: by series or collocation if the legs are slow, otherwise by integrating the legs.
+//! Splines through knots with frames: by series or in the embedding if the legs are slow, otherwise by integrating the legs.
 
 use std::sync::Arc;
 
-use super::chain::{Chain, Piece};
+use faer::{Mat, MatRef};
+
+use super::chain::Chain;
+use super::embedded::InEmbedding;
 use super::ends::Ends;
-use super::framed::Framed;
+use super::framed::{Framed, coordinates};
 use super::interpolation::Interpolation;
 use super::iteration::Iteration;
 use super::leg_path::leg_path;
 use super::motion::Motion;
 use super::solvable::{Effort, Solution, Solvable, SolvedLegs, Start};
-use crate::collocation;
 use crate::cubic::lazy_path::LazyPath;
 use crate::cubic::path::Path;
+use crate::cubic::reduced::Sized;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::of_products;
 use crate::error::Result;
@@ -22,7 +25,7 @@ use crate::linalg::lanes::Lanes;
 use crate::shooting;
 use crate::space::{Homogeneous, in_space};
 
-/// Largest rotation of a leg, in radians, for which the solvers by polynomials are used, if velocities at the ends are
+/// Largest rotation of a leg, in radians, for which series are used, if velocities at the ends are
 /// given and if they are not; for faster starts the legs are integrated from the beginning. With 6 for given end
 /// velocities, of 128 splines with end velocities of 10 and more 15 cost two to four times as much and 5 are not
 /// solved. With 5 for both, three of eight splines through 400 rotations up to 1.2 rad apart at uneven times take
@@ -30,8 +33,7 @@ use crate::space::{Homogeneous, in_space};
 const FAST: f64 = 3.0;
 const FAST_WITH_FREE_ENDS: f64 = 12.0;
 
-/// Number of dimensions from which collocation sweeps replace series: relative to series, sweeps for splines through 40
-/// to 100 points take 2.6, 1.5, 1.3 and 0.8 times as long in 12, 22, 24 and 38 dimensions.
+/// Number of dimensions from which legs in the embedding replace series.
 const MANY: usize = 30;
 
 /// If tension lets velocities grow along a leg by more than `e` to this power, series are used in any dimension: a
@@ -39,24 +41,24 @@ const MANY: usize = 30;
 /// given.
 const STIFF: f64 = 2.5;
 
-/// Largest ratio of the lengths of neighbouring legs for which sweeps are used. Sweeps meet the tolerance in the time
-/// of the shorter leg; in the time of the longer one, accelerations jump by 1e-9 to 6e-9 at a ratio of 1000, and by up
-/// to 1e-4 at 1e8.
-const UNEVEN: f64 = 100.0;
-
 /// Integration accuracy of the third derivatives of a start.
 const START_ACCURACY: f64 = 1e-6;
 
 impl Solvable for Framed<'_> {
     fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
+        if !self.takes_series()
+            && let Some(found) = self.in_embedding(ends, &start, effort)?
+        {
+            return Ok(found);
+        }
         let problem = Interpolation::new(self, ends)?;
         let is_flat = matches!(start, Start::Flat);
         let motion = match start {
             Start::Flat => problem.start()?,
             Start::Near(motion) => motion,
         };
-        if self.is_even(ends) && self.start_speed(ends, &motion) <= fastest(ends) {
-            let found = self.by_polynomials(ends, &motion, is_flat, effort)?;
+        if self.takes_series() && self.start_speed(ends, &motion) <= fastest(ends) {
+            let found = self.by_series(ends, &motion, is_flat, effort)?;
             if found.report.converged || effort.work.is_done() {
                 return Ok(found);
             }
@@ -67,16 +69,9 @@ impl Solvable for Framed<'_> {
             false => Iteration::solve_near(&problem, motion, effort),
         }
     }
-
-    fn piece(&self, leg: usize, solution: &Solution, interrupt: Interrupt<'_>) -> Result<Piece> {
-        match &solution.polynomials {
-            Some(legs) => Ok((None, LazyPath::of_leg(Arc::clone(&legs.paths), leg))),
-            None => self.integrated(leg, &solution.motion, interrupt),
-        }
-    }
 }
 
-/// Largest rotation of a leg for which the solvers by polynomials are used.
+/// Largest rotation of a leg for which series are used.
 fn fastest(ends: &Ends) -> f64 {
     match ends {
         Ends::Open(ends) if ends.iter().any(|end| end.velocity().is_some()) => FAST,
@@ -85,16 +80,10 @@ fn fastest(ends: &Ends) -> f64 {
 }
 
 impl Framed<'_> {
-    /// Whether the lengths of the legs are even enough for continuous accelerations from the solvers by polynomials.
-    fn is_even(&self, ends: &Ends) -> bool {
-        let lengths = self.lengths();
-        let around = match ends {
-            Ends::Open(_) => None,
-            Ends::Periodic => lengths.first(),
-        };
-        let next = lengths.iter().skip(1).chain(around);
-        let mut pairs = lengths.iter().zip(next);
-        self.size() < MANY || pairs.all(|(a, b)| a.max(*b) <= UNEVEN * a.min(*b))
+    /// Whether series are used.
+    fn takes_series(&self) -> bool {
+        let longest = self.lengths().iter().fold(0.0_f64, |most, h| most.max(*h));
+        self.size() < MANY || longest * self.tension().sqrt() > STIFF
     }
 
     /// The largest rotation of a leg, from a motion's velocities or from the distance between knots.
@@ -105,8 +94,8 @@ impl Framed<'_> {
             .speed(space, velocities))
     }
 
-    /// Solves by series or collocation.
-    fn by_polynomials(
+    /// Solves by series.
+    fn by_series(
         &self,
         ends: &Ends,
         start: &Motion,
@@ -150,11 +139,8 @@ impl Framed<'_> {
         let knot = space.dim() * (self.lengths().len() + 1);
         let mut motion = start.clone();
         let (velocities, bends) = motion.entries.split_at_mut(knot);
-        let by_series = space.dim() < MANY || knots.largest_rate() > STIFF;
-        let (report, curves) = match by_series {
-            true => shooting::solve::<Lanes, _>(space, &knots, velocities, bends, &options)?,
-            false => collocation::solve::<Lanes, _>(space, &knots, velocities, bends, &options)?,
-        };
+        let (report, curves) =
+            shooting::solve::<Lanes, _>(space, &knots, velocities, bends, &options)?;
         Ok(Solution {
             motion,
             report,
@@ -177,14 +163,47 @@ impl Framed<'_> {
         let (tension, lengths) = (self.tension(), self.lengths().to_vec());
         let curves: Arc<dyn Curves> = curves.into();
         let known = Arc::clone(&curves);
-        let path = move |leg: usize| {
+        let path = Arc::new(move |leg: usize| {
             let (polynomials, which) = known.of_leg(leg);
             let tension = tension * lengths[leg].powi(2);
             leg_path(polynomials, which, &frames[leg], blocks, columns, tension)
-        };
+        });
         SolvedLegs {
-            curves,
-            paths: Arc::new(path),
+            curves: Some(curves),
+            piece: Arc::new(move |leg| {
+                let path = Arc::clone(&path);
+                Some((None, LazyPath::of(move || path(leg))))
+            }),
         }
+    }
+}
+
+impl InEmbedding for Framed<'_> {
+    fn points(&self) -> Vec<Mat<f64>> {
+        let (frames, columns) = (self.frames(), self.columns());
+        let points = frames
+            .iter()
+            .map(|frame| frame.as_ref().subcols(0, columns));
+        points.map(|point| point.to_owned()).collect()
+    }
+
+    fn matrix_of(&self, knot: usize, v: &[f64]) -> Mat<f64> {
+        self.tangent(knot, v)
+    }
+
+    fn vector_of(&self, knot: usize, v: MatRef<'_, f64>) -> Vec<f64> {
+        coordinates(self.blocks().kind(), self.frames()[knot].as_ref(), v)
+    }
+
+    fn frames_of_space(&self) -> Option<Arc<[Mat<f64>]>> {
+        Some(self.frames())
+    }
+
+    fn space(&self) -> (Sized, usize) {
+        (self.blocks(), self.columns())
+    }
+
+    fn tension(&self) -> f64 {
+        Framed::tension(self)
     }
 }

@@ -9,6 +9,7 @@
 
 use super::ambient::Ambient;
 use super::chain::Chain;
+use super::embedded::InEmbedding;
 use super::ends::Ends;
 use super::interpolation::{Interpolation, Residual};
 use super::joints::Linearised;
@@ -58,6 +59,9 @@ const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 impl Solvable for Ambient<'_> {
     fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
+        if let Some(found) = self.in_embedding(ends, &start, effort)? {
+            return Ok(found);
+        }
         let problem = Interpolation::new(self, ends)?;
         match start {
             Start::Flat => Iteration::solve(&problem, problem.start()?, effort),

@@ -13,6 +13,7 @@ mod chain;
 mod data_variation;
 mod derivative;
 mod descent;
+mod embedded;
 mod ends;
 mod fit;
 mod flat;

@@ -79,7 +79,7 @@ pub(crate) fn cubic_spline_of_legs(
     let (pieces, solution) = solved?;
     let report = solution.report;
     if report.converged {
-        let curves = solution.polynomials.map(|legs| legs.curves);
+        let curves = solution.polynomials.and_then(|legs| legs.curves);
         let pieces = joined(options.quotient, problem.knots.first_turn(), pieces)?;
         return Ok((Piecewise::new(t.to_vec(), pieces), report, curves));
     }

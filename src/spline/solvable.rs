@@ -6,7 +6,6 @@ use super::chain::{Chain, Piece};
 use super::ends::Ends;
 use super::motion::Motion;
 use super::options::SplineOptions;
-use crate::cubic::lazy_path::Legs;
 use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -64,11 +63,13 @@ pub(super) struct Solution {
     pub(super) polynomials: Option<SolvedLegs>,
 }
 
-/// The curves of solved legs, and the data needed to convert them to paths.
+/// The curves of solved legs.
 #[derive(Clone)]
 pub(super) struct SolvedLegs {
-    pub(super) curves: Arc<dyn Curves>,
-    pub(super) paths: Arc<Legs>,
+    /// Their polynomials, for solvers that compute them together.
+    pub(super) curves: Option<Arc<dyn Curves>>,
+    /// The curve of a leg; `None` if it has to be integrated.
+    pub(super) piece: Arc<dyn Fn(usize) -> Option<Piece> + Send + Sync>,
 }
 
 impl Solution {
@@ -103,6 +104,13 @@ pub(super) trait Solvable: Chain {
     /// # Errors
     /// An error if it cannot be integrated; `Interrupted`.
     fn piece(&self, leg: usize, solution: &Solution, interrupt: Interrupt<'_>) -> Result<Piece> {
-        self.integrated(leg, &solution.motion, interrupt)
+        let known = solution
+            .polynomials
+            .as_ref()
+            .and_then(|legs| (legs.piece)(leg));
+        match known {
+            Some(piece) => Ok(piece),
+            None => self.integrated(leg, &solution.motion, interrupt),
+        }
     }
 }

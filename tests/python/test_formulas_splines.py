@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from numpy.polynomial import chebyshev
 from scipy.optimize import minimize_scalar
 
-from stiefel_rs import RiemannianCubic, SmoothingSpline, Stiefel, estimate_velocities
+from stiefel_rs import Grassmann, RiemannianCubic, SmoothingSpline, Stiefel, estimate_velocities
 
 
 def test_cost_of_a_cubic_of_flat_space(rng):
@@ -13,6 +14,49 @@ def test_cost_of_a_cubic_of_flat_space(rng):
     a, j = 6 * D / h**2 - (4 * V + 2 * W) / h, -12 * D / h**3 + 6 * (V + W) / h**2
     cost = h * np.sum(a**2 + a * j * h + (j * h) ** 2 / 3)
     assert np.isclose(cost, np.sum((W - V) ** 2) / h + 12 / h * np.sum((D / h - (V + W) / 2) ** 2))
+
+
+def derivatives(curve, t, count=4, radius=0.4, degree=16):
+    """A curve and its derivatives at a time, from the Chebyshev polynomial of its points around it."""
+    angles = np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)
+    points = curve(t + radius * np.cos(angles))
+    series = chebyshev.chebfit(np.cos(angles), points.reshape(degree + 1, -1), degree)
+    at = [chebyshev.chebval(0.0, chebyshev.chebder(series, order)) / radius**order for order in range(count + 1)]
+    return [x.reshape(points.shape[1:]) for x in at]
+
+
+def fourth_derivative(S, V, S2, S3, tau):
+    """The equation of cubics of frames, in the embedding."""
+    O = S.T @ V
+    a = V.T @ V + O @ O
+    O1 = S.T @ S2 + V.T @ V
+    m12, m13 = (V.T @ X + O @ S.T @ X for X in (S2, S3))
+    b = m12 - a @ O
+    c = S2.T @ S2 - S2.T @ S @ S.T @ S2 - m12.T @ O + O @ b
+    e = m13 - m12 @ O - a @ (2 * O1 - a)
+    O2 = S.T @ S3 - S.T @ S2 @ O - O @ (2 * O1 - a) + 2 * b + b.T
+    one = np.eye(len(O))
+    C1 = 2 * O2 - 3 * b - b.T + O @ a - (2 * O1 - a) @ O - tau * O
+    C0 = (2 * b + b.T) @ O + (tau * one + O1 - a) @ a - O @ b.T - 3 * c - 2 * e - 2 * e.T
+    return 2 * S3 @ O + S2 @ (tau * one + 3 * O1 - 2 * a - O @ O) + V @ C1 + S @ C0
+
+
+def fourth_derivative_of_subspaces(Y, V, Y2, Y3, tau):
+    a, b = V.T @ V, V.T @ Y2
+    c, e = Y2.T @ Y2 - a @ a, V.T @ Y3 + a @ a
+    one = np.eye(len(a))
+    return Y2 @ (tau * one - 2 * a) - 4 * V @ b + Y @ (tau * a - a @ a - 3 * c - 3 * e - e.T)
+
+
+@pytest.mark.parametrize("tau", [0.0, 0.8])
+@pytest.mark.parametrize("M", [Stiefel(3, 1), Stiefel(5, 2), Stiefel(4, 4), Grassmann(5, 2)], ids=str)
+def test_fourth_derivative_in_the_embedding(M, tau, rng):
+    S = M.random_point(rng)
+    V, A, J = (X * (0.6 / M.norm(S, X)) for X in (M.random_tangent(S, rng) for _ in range(3)))
+    curve = RiemannianCubic.from_initial(S, V, A, J, tension=tau, manifold=M)
+    *lower, found = derivatives(curve, 0.4)
+    formula = fourth_derivative if isinstance(M, Stiefel) else fourth_derivative_of_subspaces
+    assert np.allclose(formula(*lower, tau), found, atol=1e-7)
 
 
 def on_circle(angle):

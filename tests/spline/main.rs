@@ -7,5 +7,6 @@ mod knots;
 
 mod bad_knots;
 mod hard_chains;
+mod in_embedding;
 mod interpolation;
 mod smoothness;

@@ -1,0 +1,244 @@
+//! A cubic between given points and velocities: its fourth derivative at Gauss nodes, and everything that follows from it.
+
+use std::sync::Arc;
+
+use super::clamped::{Clamped, LEVELS};
+use super::embedded_equation::{Buffers, Embedded};
+use super::lane_matrices::orthonormalise;
+use crate::linalg::field::{larger, largest};
+use crate::linalg::lanes::Lanes;
+use crate::space::Quotient;
+
+/// What a fourth derivative adds to the second derivatives at the ends, at most.
+const TO_SECOND: f64 = 1.0 / 12.0;
+
+/// One leg. Matrices have `k` columns of `r` coordinates each, one column after another.
+#[derive(Debug, Clone)]
+pub(crate) struct ClampedLeg {
+    /// Sizes, and the tension in the time of the leg.
+    pub(super) equation: Embedded,
+    pub(super) nodes: Arc<Clamped>,
+    /// `S(0), S'(0), S(1), S'(1)` as they are given.
+    given: [Vec<f64>; LEVELS],
+    /// The same with the basis that the leg reaches; and for subspaces, the matrix that turns the given basis to it, shape
+    /// `(k, k)` in row-major order.
+    pub(super) data: [Vec<f64>; LEVELS],
+    turn: Vec<f64>,
+    /// The fourth derivative at the nodes.
+    pub(super) f: Vec<Lanes>,
+    /// `S, S', S'', S'''` at the nodes.
+    pub(super) s: [Vec<Lanes>; LEVELS],
+    pub(super) image: Vec<Lanes>,
+    buffers: Buffers<Lanes>,
+}
+
+impl ClampedLeg {
+    /// A leg at rest.
+    pub(super) fn new(
+        [r, k]: [usize; 2],
+        quotient: Quotient,
+        tension: f64,
+        nodes: &Arc<Clamped>,
+    ) -> Self {
+        let zeros = || vec![Lanes::ZERO; nodes.groups() * r * k];
+        let data = || std::array::from_fn(|_| vec![0.0; r * k]);
+        ClampedLeg {
+            equation: Embedded {
+                r,
+                k,
+                quotient,
+                tension,
+                gram: None,
+            },
+            nodes: Arc::clone(nodes),
+            given: data(),
+            data: data(),
+            turn: (0..k * k)
+                .map(|i| f64::from(u8::from(i % (k + 1) == 0)))
+                .collect(),
+            f: zeros(),
+            s: std::array::from_fn(|_| zeros()),
+            image: zeros(),
+            buffers: Buffers::new([r, k]),
+        }
+    }
+
+    /// Number of entries of a matrix.
+    fn size(&self) -> usize {
+        self.equation.r * self.equation.k
+    }
+
+    /// Gives point and velocity at both ends.
+    pub(super) fn set_data(&mut self, data: [&[f64]; LEVELS]) {
+        for (given, data) in self.given.iter_mut().zip(data) {
+            given.copy_from_slice(data);
+        }
+        self.turn_data();
+    }
+
+    /// Coordinates for the data themselves, given the products of their columns.
+    pub(super) fn set_gram(&mut self, write: impl FnOnce(&mut [f64])) {
+        let (r, k) = (self.equation.r, self.equation.k);
+        write(self.equation.gram.get_or_insert_with(|| vec![0.0; r * r]));
+        for (i, given) in self.given.iter_mut().enumerate() {
+            for j in 0..k {
+                given[j * r + i * k + j] = 1.0;
+            }
+        }
+        self.turn_data();
+    }
+
+    fn turn_data(&mut self) {
+        let (r, k) = (self.equation.r, self.equation.k);
+        for (i, (data, given)) in self.data.iter_mut().zip(&self.given).enumerate() {
+            if self.equation.quotient == Quotient::Frames || i < 2 {
+                data.copy_from_slice(given);
+                continue;
+            }
+            for (j, out) in data.chunks_exact_mut(r).enumerate() {
+                out.fill(0.0);
+                for (l, column) in given.chunks_exact(r).enumerate() {
+                    let factor = self.turn[l * k + j];
+                    for (out, x) in out.iter_mut().zip(column) {
+                        *out += factor * x;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Replaces the fourth derivative by that of the equation, and for subspaces the basis at the end by the one which a
+    /// horizontal curve reaches. Returns the change, as second derivatives at the ends feel it.
+    pub(super) fn sweep(&mut self) -> f64 {
+        let drift = self.evaluate();
+        let mut change = 0.0;
+        for (f, image) in self.f.iter().zip(&self.image) {
+            change = larger(change, largest(&[*f - *image]));
+        }
+        std::mem::swap(&mut self.f, &mut self.image);
+        change *= TO_SECOND;
+        if self.equation.quotient == Quotient::Subspaces {
+            change = larger(change, self.turn_by(&drift));
+        }
+        change
+    }
+
+    /// Sets the derivatives at the nodes and the right-hand side; for subspaces returns the drift of the basis.
+    pub(super) fn evaluate(&mut self) -> Vec<f64> {
+        let data = self.data.each_ref().map(Vec::as_slice);
+        self.nodes.derivatives_into(data, &self.f, &mut self.s);
+        let size = self.f.len() / self.nodes.groups();
+        let equation = &self.equation;
+        let mut drift = vec![0.0; equation.k * equation.k];
+        for (group, image) in self.image.chunks_exact_mut(size).enumerate() {
+            let s = self.s.each_ref().map(|s| &s[group * size..][..size]);
+            equation.fourth_derivative_into(s, &mut self.buffers, image);
+            if equation.quotient == Quotient::Subspaces {
+                let weights = self.nodes.nodes.weights[group];
+                equation.add_drift([s[0], s[1]], weights, &mut self.buffers, &mut drift);
+            }
+        }
+        drift
+    }
+
+    /// Turns the basis at the end against its drift; returns the largest entry.
+    fn turn_by(&mut self, drift: &[f64]) -> f64 {
+        let k = self.equation.k;
+        let before = self.turn.clone();
+        let mut most = 0.0;
+        for i in 0..k {
+            for j in 0..k {
+                // Entry `(l, j)` of the skew part.
+                let turned =
+                    |l: usize| before[i * k + l] * 0.5 * (drift[l * k + j] - drift[j * k + l]);
+                let change: f64 = (0..k).map(turned).sum();
+                self.turn[i * k + j] -= change;
+                most = larger(most, change.abs());
+            }
+        }
+        orthonormalise(&mut self.turn, k);
+        self.turn_data();
+        most
+    }
+
+    /// `S, S', S'', S'''` at the nodes.
+    pub(super) fn derivatives(&self) -> [Vec<Lanes>; LEVELS] {
+        let mut out = std::array::from_fn(|_| vec![Lanes::ZERO; self.f.len()]);
+        let data = self.data.each_ref().map(Vec::as_slice);
+        self.nodes.derivatives_into(data, &self.f, &mut out);
+        out
+    }
+
+    /// The second (0) or third (1) derivative at an end.
+    pub(super) fn at_end(&self, end: usize, which: usize, out: &mut [f64]) {
+        let data = self.data.each_ref().map(Vec::as_slice);
+        self.nodes.at_end(end, which, data, &self.f, out);
+    }
+
+    /// The second derivative at the end in the given basis.
+    pub(super) fn turn_back(&self, x: &mut [f64]) {
+        if self.equation.quotient == Quotient::Frames {
+            return;
+        }
+        let (r, k, before) = (self.equation.r, self.equation.k, x.to_vec());
+        for (j, out) in x.chunks_exact_mut(r).enumerate() {
+            out.fill(0.0);
+            for (l, column) in before.chunks_exact(r).enumerate() {
+                let factor = self.turn[j * k + l];
+                for (out, x) in out.iter_mut().zip(column) {
+                    *out += factor * x;
+                }
+            }
+        }
+    }
+
+    /// The same leg on other nodes.
+    pub(super) fn on_nodes(&self, nodes: &Arc<Clamped>) -> Self {
+        let Embedded {
+            r,
+            k,
+            quotient,
+            tension,
+            ..
+        } = self.equation;
+        let mut out = Self::new([r, k], quotient, tension, nodes);
+        out.given.clone_from(&self.given);
+        out.data.clone_from(&self.data);
+        out.turn.clone_from(&self.turn);
+        out.equation.gram.clone_from(&self.equation.gram);
+        out.f = self.nodes.nodes.values_at(&nodes.nodes, &self.f, r * k);
+        out
+    }
+
+    /// The largest of the last two Legendre coefficients of the fourth derivative.
+    pub(super) fn tail(&self) -> f64 {
+        self.nodes.nodes.largest_tail(&self.f, self.size())
+    }
+
+    /// The largest entry of the fourth derivative.
+    pub(super) fn largest(&self) -> f64 {
+        largest(&self.f)
+    }
+
+    /// The largest velocity at a node.
+    pub(super) fn largest_speed(&self) -> f64 {
+        let [_, velocities, ..] = self.derivatives();
+        let mut most = 0.0;
+        for v in velocities.chunks_exact(self.size()) {
+            most = larger(most, largest(&[self.equation.square(v)]));
+        }
+        most.sqrt()
+    }
+
+    /// Number of multiplications of a sweep.
+    pub(super) fn multiplications(&self) -> f64 {
+        let [r, k, count] =
+            [self.equation.r, self.equation.k, self.nodes.count()].map(|size| size as f64);
+        let gram = if self.equation.gram.is_some() {
+            3.0 * r * r * k
+        } else {
+            0.0
+        };
+        count * (4.0 * count * r * k + 11.0 * r * k * k + gram)
+    }
+}

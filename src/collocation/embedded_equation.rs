@@ -1,0 +1,391 @@
+//! The equation of cubics for the matrices `S` themselves, at eight nodes: the fourth derivative from the lower ones.
+//!
+//! With `V = S'`, `Omega = S^T V`, the covariant acceleration `A` and its derivative `J` in the sense of `x'` and `x''`,
+//!
+//! ```math
+//! V' = A + V\Omega - S a,\qquad A' = J + V\Omega' - S b,\qquad
+//! J' = J\,\Omega + A(\tau - a) + V b^T + S(\Omega' a - \Omega b^T - e^T)
+//! ```
+//!
+//! where `a, b, e` are the products of the part of `V` orthogonal to `S` with those of `V, A, J`. Elimination of `A` and `J`
+//! leaves `S''''` as a combination of `S, S', S'', S'''` with factors of size `k`, so it stays in the span of the data at the
+//! ends, and a basis of that span is not needed: products of columns are those of coordinates with a Gram matrix.
+
+use crate::linalg::dual::Number;
+use crate::linalg::field::{accumulate, multiply_rows};
+use crate::linalg::lanes::Lanes;
+use crate::linalg::simd::vectorised;
+use crate::space::Quotient;
+
+/// Sizes, and what the equation depends on. Matrices `S` have `k` columns of `r` coordinates each, one column after another.
+#[derive(Debug, Clone)]
+pub(super) struct Embedded {
+    pub(super) r: usize,
+    pub(super) k: usize,
+    pub(super) quotient: Quotient,
+    pub(super) tension: f64,
+    /// Products of the vectors of the basis, shape `(r, r)`; `None` for an orthonormal one.
+    pub(super) gram: Option<Vec<f64>>,
+}
+
+/// Buffers.
+#[derive(Debug, Clone)]
+pub(super) struct Buffers<T> {
+    small: Vec<T>,
+    tall: Vec<T>,
+}
+
+/// Number of small matrices.
+const SMALL: usize = 22;
+
+impl<T: Number> Buffers<T> {
+    pub(super) fn new([r, k]: [usize; 2]) -> Self {
+        Buffers {
+            small: vec![T::ZERO; SMALL * k * k],
+            tall: vec![T::ZERO; 3 * r * k],
+        }
+    }
+}
+
+impl Embedded {
+    /// `out = S''''` from `S, S', S'', S'''`.
+    pub(super) fn fourth_derivative_into<T: Number>(
+        &self,
+        s: [&[T]; 4],
+        buffers: &mut Buffers<T>,
+        out: &mut [T],
+    ) {
+        vectorised(
+            #[inline(always)]
+            || self.combine(s, buffers, out),
+        );
+    }
+
+    #[inline(always)]
+    fn combine<T: Number>(&self, s: [&[T]; 4], buffers: &mut Buffers<T>, out: &mut [T]) {
+        let (r, k) = (self.r, self.k);
+        let square = k * k;
+        let Buffers { small, tall } = buffers;
+        small.fill(T::ZERO);
+        // `S', S'', S'''` times the Gram matrix.
+        let mut moved: [&[T]; 4] = s;
+        if let Some(gram) = &self.gram {
+            for (tall, s) in tall.chunks_exact_mut(r * k).zip(&s[1..]) {
+                times_symmetric(s, gram, r, tall);
+            }
+            let mut tall = tall.chunks_exact(r * k);
+            for moved in &mut moved[1..] {
+                *moved = tall.next().unwrap_or_default();
+            }
+        }
+        let mut rest = small.chunks_exact_mut(square);
+        let mut next = || rest.next().unwrap_or_default();
+        let gram = |i: usize, j: usize, out: &mut [T]| multiply_rows(s[i], moved[j], r, |_| r, out);
+        let (c0, c1, c2, c3) = (next(), next(), next(), next());
+        let (g11, g12, g13, g22) = (next(), next(), next(), next());
+        gram(1, 1, g11);
+        gram(1, 2, g12);
+        gram(1, 3, g13);
+        gram(2, 2, g22);
+        let m = Small { k };
+        let tension = self.tension;
+        match self.quotient {
+            Quotient::Subspaces => {
+                // a = g11, b = g12, c = g22 - a a, e = g13 + a a.
+                let aa = next();
+                m.add(1.0, g11, g11, aa);
+                for i in 0..square {
+                    c1[i] = g12[i] * -4.0;
+                    c2[i] = g11[i] * -2.0;
+                    // a (tau - a) - 3 c - 3 e - e^T.
+                    c0[i] = g11[i] * tension - aa[i] * 2.0 - g22[i] * 3.0 - g13[i] * 3.0;
+                }
+                m.add_transposed(-1.0, g13, c0);
+                for i in 0..k {
+                    c2[i * k + i] += T::constant(tension);
+                }
+            }
+            Quotient::Frames => {
+                let (o, g02, g03) = (next(), next(), next());
+                gram(0, 1, o);
+                gram(0, 2, g02);
+                gram(0, 3, g03);
+                let (a, p, b, sum, w) = (next(), next(), next(), next(), next());
+                // a = g11 + o o, p = g02 + g11, w = 2 p - a.
+                a.copy_from_slice(g11);
+                m.add(1.0, o, o, a);
+                for i in 0..square {
+                    p[i] = g02[i] + g11[i];
+                    w[i] = p[i] * 2.0 - a[i];
+                }
+                // Products of the parts orthogonal to S: g12 + o g02, g13 + o g03, g22 - g02^T g02.
+                let (m12, e) = (g12, g13);
+                m.add(1.0, o, g02, m12);
+                m.add(1.0, o, g03, e);
+                let c = g22;
+                m.add_left_transposed(-1.0, g02, g02, c);
+                // b = m12 - a o, c = m22 - m12^T o + o m12 - o a o, e = m13 - m12 o - a w.
+                let ao = next();
+                m.add(1.0, a, o, ao);
+                for i in 0..square {
+                    b[i] = m12[i] - ao[i];
+                }
+                m.add_left_transposed(-1.0, m12, o, c);
+                m.add(1.0, o, b, c);
+                m.add(-1.0, m12, o, e);
+                m.add(-1.0, a, w, e);
+                // sum = 2 b + b^T; x'' in the part of the columns: g03 - g02 o - o w + sum.
+                for i in 0..square {
+                    sum[i] = b[i] * 2.0;
+                }
+                m.add_transposed(1.0, b, sum);
+                let second = g03;
+                m.add(-1.0, g02, o, second);
+                m.add(-1.0, o, w, second);
+                for i in 0..square {
+                    second[i] += sum[i];
+                    // 2 x'' - 3 b - b^T = 2 x'' - (2 b + b^T) - b.
+                    c1[i] = second[i] * 2.0 - sum[i] - b[i] - o[i] * tension;
+                    c3[i] = o[i] * 2.0;
+                    c2[i] = p[i] * 3.0 - a[i] * 2.0;
+                    c0[i] = a[i] * tension - c[i] * 3.0 - e[i] * 2.0;
+                }
+                m.add(-1.0, w, o, c1);
+                m.add(1.0, o, a, c1);
+                m.add(-1.0, o, o, c2);
+                m.add_transposed(-2.0, e, c0);
+                m.add(1.0, sum, o, c0);
+                m.add(-1.0, a, a, c0);
+                m.add(1.0, p, a, c0);
+                m.add_right_transposed(-1.0, o, b, c0);
+                for i in 0..k {
+                    c2[i * k + i] += T::constant(tension);
+                }
+            }
+        }
+        // out = S c0 + S' c1 + S'' c2 + S''' c3, by rows of the transposes.
+        out.fill(T::ZERO);
+        let factor = next();
+        for (c, s) in [c0, c1, c2, c3].into_iter().zip(s) {
+            for i in 0..k {
+                for j in 0..k {
+                    factor[i * k + j] = c[j * k + i];
+                }
+            }
+            accumulate(factor, k, s, r, out);
+        }
+    }
+
+    /// Adds the integral of `S^T V` over eight nodes with given weights, for `S` and `V` there.
+    pub(super) fn add_drift(
+        &self,
+        [s, v]: [&[Lanes]; 2],
+        weights: Lanes,
+        buffers: &mut Buffers<Lanes>,
+        out: &mut [f64],
+    ) {
+        let (r, k) = (self.r, self.k);
+        let Buffers { small, tall } = buffers;
+        let product = &mut small[..k * k];
+        vectorised(
+            #[inline(always)]
+            || {
+                let v = match &self.gram {
+                    Some(gram) => {
+                        times_symmetric(v, gram, r, &mut tall[..r * k]);
+                        &tall[..r * k]
+                    }
+                    None => v,
+                };
+                multiply_rows(s, v, r, |_| r, product);
+            },
+        );
+        for (out, product) in out.iter_mut().zip(product) {
+            *out += (*product * weights).0.iter().sum::<f64>();
+        }
+    }
+
+    /// The sum of the squares of all entries of a matrix.
+    pub(super) fn square(&self, v: &[Lanes]) -> Lanes {
+        let mut moved = v.to_vec();
+        if let Some(gram) = &self.gram {
+            times_symmetric(v, gram, self.r, &mut moved);
+        }
+        let mut sum = Lanes::ZERO;
+        for (v, moved) in v.iter().zip(&moved) {
+            sum += *v * *moved;
+        }
+        sum
+    }
+}
+
+/// Products of matrices of size `k`, in row-major order, that are added to others.
+#[derive(Clone, Copy)]
+struct Small {
+    k: usize,
+}
+
+impl Small {
+    /// `out += factor a b`.
+    #[inline(always)]
+    fn add<T: Number>(self, factor: f64, a: &[T], b: &[T], out: &mut [T]) {
+        let k = self.k;
+        self.each(out, factor, |i, j, l| a[i * k + l] * b[l * k + j]);
+    }
+
+    /// `out += factor a^T b`.
+    #[inline(always)]
+    fn add_left_transposed<T: Number>(self, factor: f64, a: &[T], b: &[T], out: &mut [T]) {
+        let k = self.k;
+        self.each(out, factor, |i, j, l| a[l * k + i] * b[l * k + j]);
+    }
+
+    /// `out += factor a b^T`.
+    #[inline(always)]
+    fn add_right_transposed<T: Number>(self, factor: f64, a: &[T], b: &[T], out: &mut [T]) {
+        let k = self.k;
+        self.each(out, factor, |i, j, l| a[i * k + l] * b[j * k + l]);
+    }
+
+    /// `out += factor a^T`.
+    #[inline(always)]
+    fn add_transposed<T: Number>(self, factor: f64, a: &[T], out: &mut [T]) {
+        for i in 0..self.k {
+            for j in 0..self.k {
+                out[i * self.k + j] += a[j * self.k + i] * factor;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn each<T: Number>(self, out: &mut [T], factor: f64, term: impl Fn(usize, usize, usize) -> T) {
+        for i in 0..self.k {
+            for j in 0..self.k {
+                let mut sum = T::ZERO;
+                for l in 0..self.k {
+                    sum += term(i, j, l);
+                }
+                out[i * self.k + j] += sum * factor;
+            }
+        }
+    }
+}
+
+/// Number of sums at once.
+const ABREAST: usize = 4;
+
+/// `out = x m` for rows of length `r` and a symmetric matrix.
+#[inline(always)]
+fn times_symmetric<T: Number>(x: &[T], m: &[f64], r: usize, out: &mut [T]) {
+    for (x, out) in x.chunks_exact(r).zip(out.chunks_exact_mut(r)) {
+        let mut rows = m.chunks_exact(ABREAST * r);
+        let mut outs = out.chunks_exact_mut(ABREAST);
+        for (rows, out) in rows.by_ref().zip(outs.by_ref()) {
+            let mut sums = [T::ZERO; ABREAST];
+            for (l, x) in x.iter().enumerate() {
+                for (t, sum) in sums.iter_mut().enumerate() {
+                    *sum += *x * rows[t * r + l];
+                }
+            }
+            out.copy_from_slice(&sums);
+        }
+        for (row, out) in rows.remainder().chunks_exact(r).zip(outs.into_remainder()) {
+            let mut sum = T::ZERO;
+            for (x, m) in x.iter().zip(row) {
+                sum += *x * *m;
+            }
+            *out = sum;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use faer::linalg::solvers::{PartialPivLu, Solve};
+    use faer::{Mat, MatRef, Scale};
+
+    use super::*;
+    use crate::space::{Homogeneous, Kind, in_space};
+
+    /// A curve that starts at the identity with given `x, x', x''`, and its first four derivatives there.
+    fn derivatives(space: impl Homogeneous, k: usize, tension: f64) -> [Mat<f64>; 5] {
+        let (r, d) = (space.size(), space.dim());
+        let [x, x1, x2] = [1.0, 1.7, 2.9].map(|seed: f64| {
+            let x: Vec<f64> = (0..d).map(|p| (seed * (p as f64 + 1.3)).sin()).collect();
+            let mut matrix = vec![0.0; r * r];
+            space.matrix_into(&x, &mut matrix);
+            matrix
+        });
+        let mut third = vec![0.0; d];
+        let mut isotropy = vec![0.0; space.isotropy_dim()];
+        space.add_bracket(&x2, &x, 1.0, &mut third);
+        space.add_isotropy_bracket(&x, &x1, 1.0, &mut isotropy);
+        space.subtract_action(&isotropy, &x, &mut third);
+        let mut x3 = vec![0.0; r * r];
+        space.matrix_into(&third, &mut x3);
+        let [x, x1, x2, x3] =
+            [x, x1, x2, x3].map(|x| MatRef::from_row_major_slice(&x, r, r).to_owned());
+        let x3 = x3 + &x1 * Scale(tension);
+        // Derivatives of `g' = g x` at `g = 1`.
+        let square = &x * &x;
+        let identity: Mat<f64> = Mat::identity(r, r);
+        let second = &square + &x1;
+        let third = &square * &x + &x * &x1 * Scale(2.0) + &x1 * &x + &x2;
+        let fourth = &square * &square
+            + &square * &x1 * Scale(3.0)
+            + &x * &x1 * &x * Scale(2.0)
+            + &x1 * &square
+            + &x * &x2 * Scale(3.0)
+            + &x1 * &x1 * Scale(3.0)
+            + &x2 * &x
+            + x3;
+        [identity, x, second, third, fourth].map(|a| a.as_ref().subcols(0, k).to_owned())
+    }
+
+    fn lanes(a: &Mat<f64>) -> Vec<Lanes> {
+        let entries = a.col_iter().flat_map(|column| column.iter());
+        entries.map(|x| Lanes::splat(*x)).collect()
+    }
+
+    /// The fourth derivative is that of the equation in frames, for coordinates in any basis.
+    #[test]
+    fn the_equation_agrees_with_that_in_frames() {
+        let frames = [(2, 1), (3, 1), (5, 1), (3, 2), (5, 2), (7, 4), (8, 7)];
+        let spans = [(2, 1), (4, 1), (4, 2), (5, 3), (8, 3)];
+        let frames = frames.map(|shape| (shape, Kind::REAL_FRAMES));
+        let spans = spans.map(|shape| (shape, Kind::real(Quotient::Subspaces)));
+        for ((r, k), kind) in frames.into_iter().chain(spans) {
+            for (tension, share) in [(0.0, 0.0), (0.7, 0.0), (0.0, 0.1), (0.7, 0.1)] {
+                let all = in_space!(Shape { r, k, kind }, |space| derivatives(space, k, tension));
+                let identity: Mat<f64> = Mat::identity(r, r);
+                let skewed = |i: usize, j: usize| (1.0 + (3 * i + 5 * j) as f64).sin();
+                let basis = &identity + Mat::from_fn(r, r, |i, j| share * skewed(i, j));
+                let gram = basis.transpose() * &basis;
+                let inverse = PartialPivLu::new(basis.as_ref()).solve(&identity);
+                let entries = || (0..r * r).map(|i| gram[(i / r, i % r)]).collect();
+                let equation = Embedded {
+                    r,
+                    k,
+                    quotient: kind.quotient,
+                    tension,
+                    gram: (share > 0.0).then(entries),
+                };
+                let s = [0, 1, 2, 3].map(|level| lanes(&(&inverse * &all[level])));
+                let mut found = vec![Lanes::ZERO; r * k];
+                equation.fourth_derivative_into(
+                    s.each_ref().map(Vec::as_slice),
+                    &mut Buffers::new([r, k]),
+                    &mut found,
+                );
+                let found: Vec<f64> = found.iter().map(|x| x.0[5]).collect();
+                let found = &basis * MatRef::from_column_major_slice(&found, r, k);
+                let (error, size) = ((found - &all[4]).norm_max(), all[4].norm_max());
+                let name = format!("({r}, {k}) {kind:?} {tension} {share}");
+                assert!(
+                    error < 1e-14 * (1.0 + size),
+                    "{name}: {error:e} of {size:e}"
+                );
+            }
+        }
+    }
+}
