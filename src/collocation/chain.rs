@@ -5,23 +5,24 @@
 //! space solves the tridiagonal system of cubic splines. A step is two sweeps along each leg and that change, tangential and
 //! with Anderson mixing: no derivatives, no frames, and work linear in the number of rows.
 
-use faer::{Mat, MatMut, MatRef, Scale, unzip, zip};
+use faer::{Mat, MatMut, MatRef};
 
 use super::clamped::{Clamped, LEVELS};
-use super::clamped_leg::ClampedLeg;
+use super::clamped_leg::{ClampedLeg, Scratch};
+use super::flat_system::{Unturned, system};
 use super::lane_nodes::nodes;
-use super::leg_polynomials::{covariant_derivatives, polynomials};
-use crate::error::{Error, Result};
-use crate::legs::{Dense, End, Ends, Knots, Options, Progress};
-use crate::linalg::decomp::thin_q;
+use super::solved_chain::{SolvedChain, lift};
+use crate::error::Result;
+use crate::legs::{End, Ends, Knots, Options, Progress};
 use crate::linalg::field::larger;
-use crate::linalg::product::{mul_add, mul_into};
+use crate::linalg::product::mul_into;
 use crate::linalg::simd::each;
+use crate::manifold::grassmann::joining::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
-use crate::solve::tridiagonal::{Isometries, Row, Shape, Tridiagonal, Way};
-use crate::space::{Homogeneous, Quotient};
+use crate::solve::tridiagonal::Tridiagonal;
+use crate::space::Quotient;
 
 /// Number of past steps used by Anderson mixing.
 const DEPTH: usize = 8;
@@ -47,10 +48,6 @@ const TAIL: f64 = 1e-8;
 /// Largest number of nodes.
 const MOST: usize = 48;
 
-/// Largest number of nodes for which polynomials written in powers are accurate at the ends of legs: with 44,
-/// accelerations jump by up to 4e-10.
-const EXACT: usize = 32;
-
 /// Residual below which the second phase begins, and up to which the legs of a start near a solution are solved before
 /// the velocities change.
 const ROUGH: f64 = 1e-3;
@@ -66,93 +63,36 @@ pub(crate) struct Chain<'a> {
     pub(crate) knots: &'a Knots<'a>,
 }
 
-/// The legs of a solution.
-pub(crate) struct SolvedChain {
-    legs: Vec<ClampedLeg>,
-    lengths: Vec<f64>,
+/// A motion near a solution, for legs whose coordinates are those of the points.
+pub(crate) struct Near<'a> {
     /// Velocities at the knots, per unit of time.
     pub(crate) velocities: Vec<f64>,
-    /// Point and velocity at each knot, shape `(n, 2k)`.
-    pairs: Vec<Mat<f64>>,
+    pub(crate) leg: &'a NearLeg<'a>,
 }
 
-impl SolvedChain {
-    /// Covariant acceleration and third vector at the start of a leg, in its time.
-    pub(crate) fn bends(&self, leg: usize) -> [Mat<f64>; 2] {
-        let (this, k) = (&self.legs[leg], self.legs[leg].equation.k);
-        let n = self.pairs[leg].nrows();
-        let lifted = |which: usize| {
-            let mut x = vec![0.0; this.equation.r * k];
-            this.at_end(0, which, &mut x);
-            let mut out = Mat::zeros(n, k);
-            lift(
-                &self.pairs[leg..][..2],
-                self.lengths[leg],
-                1.0,
-                &mut x,
-                out.as_mut(),
-            );
-            out
-        };
-        let (s, v) = self.pairs[leg].as_ref().split_at_col(k);
-        let v = v * Scale(self.lengths[leg]);
-        let [second, third] = [0, 1].map(lifted);
-        covariant_derivatives([s, v.as_ref(), second.as_ref(), third.as_ref()])
-    }
-
-    /// An orthonormal basis of the span of a leg that begins with the point at its start, and the map from the coordinates
-    /// of the leg to those in the basis; `None` if the coordinates are those of the points.
-    pub(crate) fn basis(&self, leg: usize) -> Option<[Mat<f64>; 2]> {
-        let (n, k) = (self.pairs[leg].nrows(), self.legs[leg].equation.k);
-        if self.legs[leg].equation.r == n {
-            return None;
-        }
-        let mut data = Mat::zeros(n, LEVELS * k);
-        for (end, pair) in self.pairs[leg..][..2].iter().enumerate() {
-            data.as_mut()
-                .subcols_mut(end * 2 * k, 2 * k)
-                .copy_from(pair);
-            for column in data.as_mut().subcols_mut(end * 2 * k + k, k).col_iter_mut() {
-                column.iter_mut().for_each(|x| *x *= self.lengths[leg]);
-            }
-        }
-        let mut basis = thin_q(data.as_ref());
-        let point = self.pairs[leg].as_ref().subcols(0, k);
-        basis.as_mut().subcols_mut(0, k).copy_from(point);
-        let to_basis = basis.transpose() * &data;
-        Some([basis, to_basis])
-    }
-
-    /// Whether polynomials of a leg are accurate.
-    pub(crate) fn is_polynomial(&self, leg: usize) -> bool {
-        self.legs[leg].nodes.count() <= EXACT
-    }
-
-    /// The polynomials of a leg relative to its first frame, in the coordinates of a basis that begins with the point.
-    pub(crate) fn polynomials(
-        &self,
-        space: impl Homogeneous,
-        leg: usize,
-        to_basis: MatRef<'_, f64>,
-    ) -> Dense {
-        polynomials(space, &self.legs[leg], to_basis)
-    }
-}
+/// The curve of a leg: its fourth derivatives at given times between 0 and 1, one matrix after another, and its end.
+pub(crate) type NearLeg<'a> = dyn Fn(usize, &[f64]) -> Result<(Vec<f64>, Mat<f64>)> + 'a;
 
 impl Chain<'_> {
-    /// Solves the equations; returns the velocities at the knots, per unit of time, and the legs. With a start, finds the
-    /// solution nearby; otherwise starts from the spline of flat space.
+    /// Solves the equations, from the spline of flat space or from a motion near a solution.
     ///
     /// # Errors
-    /// `Interrupted`, `Overflow` (the times of the knots).
+    /// `Interrupted`, `Overflow` (the times of the knots), `Decomposition`, and the errors of the start.
     pub(crate) fn solve(
         &self,
-        start: Option<&[f64]>,
+        near: Option<&Near<'_>>,
         options: &Options<'_>,
     ) -> Result<(SolverReport, SolvedChain)> {
-        let mut iteration = Iteration::new(self, start);
+        let mut iteration = Iteration::new(self)?;
         let mut progress = Progress::new(options.tolerance);
-        let reason = iteration.solve(start.is_some(), &mut progress, options)?;
+        let may_begin = match near {
+            Some(near) => iteration.start_near(near, options)?,
+            None => iteration.start_flat()?,
+        };
+        let reason = match may_begin {
+            true => iteration.solve(&mut progress, options)?,
+            false => StopReason::Diverged,
+        };
         let solved = SolvedChain {
             legs: iteration.links.into_iter().map(|link| link.leg).collect(),
             lengths: self.knots.lengths.to_vec(),
@@ -191,10 +131,14 @@ struct Iteration<'c> {
     jumps: Vec<f64>,
     /// The largest residual.
     size: f64,
+    /// Whether the fourth derivatives are mixed with the velocities.
+    mixes_legs: bool,
+    scratch: Scratch,
 }
 
 impl<'c> Iteration<'c> {
-    fn new(chain: &'c Chain<'c>, start: Option<&[f64]>) -> Self {
+    /// At rest, except for given velocities.
+    fn new(chain: &'c Chain<'c>) -> Result<Self> {
         let (
             (n, k),
             Chain {
@@ -212,39 +156,63 @@ impl<'c> Iteration<'c> {
             pair.as_mut().subcols_mut(0, k).copy_from(point);
             pair
         };
-        Iteration {
+        let mut iteration = Iteration {
             links: knots.lengths.iter().map(link).collect(),
             pairs: chain.points.iter().map(pair).collect(),
-            velocities: match start {
-                Some(velocities) => velocities.to_vec(),
-                None => at_rest(chain),
-            },
+            velocities: at_rest(chain),
             jumps: vec![0.0; knots.count() * n * k],
             size: f64::INFINITY,
+            mixes_legs: false,
+            scratch: Scratch::default(),
             chain,
+        };
+        if chain.quotient == Quotient::Subspaces {
+            for (Link { leg, .. }, points) in
+                iteration.links.iter_mut().zip(chain.points.windows(2))
+            {
+                leg.set_turn(alignment(points[0].as_ref(), points[1].as_ref())?.as_ref());
+            }
         }
+        iteration.set_data();
+        Ok(iteration)
+    }
+
+    /// Starts from the spline of flat space, to which the first step leads from rest without fourth derivatives; `false` if
+    /// it is too fast.
+    fn start_flat(&mut self) -> Result<bool> {
+        self.set_jumps();
+        let step = self.flat_step(&system(self.chain.knots)?)?;
+        self.follow(&step);
+        Ok(self.refine(|leg| nodes(COARSE, leg.largest_speed(), MOST + 1)))
+    }
+
+    /// Starts from a motion near a solution, and solves its legs; `false` if it is too fast.
+    fn start_near(&mut self, near: &Near<'_>, options: &Options<'_>) -> Result<bool> {
+        self.velocities.copy_from_slice(&near.velocities);
+        self.mixes_legs = true;
+        self.set_data();
+        if !self.refine(|leg| nodes(COARSE, leg.largest_speed(), MOST + 1)) {
+            return Ok(false);
+        }
+        for (i, Link { leg, .. }) in self.links.iter_mut().enumerate() {
+            let (values, end) = (near.leg)(i, &leg.nodes.nodes.nodes.s)?;
+            leg.set_fourth_derivative(&values);
+            if self.chain.quotient == Quotient::Subspaces {
+                leg.set_turn(alignment(end.as_ref(), self.chain.points[i + 1].as_ref())?.as_ref());
+            }
+        }
+        for _ in 0..MOST_SWEEPS {
+            options.check()?;
+            let is_done = self.sweep(1) <= ROUGH || !(options.may_go_on)(self.products_of_sweep());
+            if is_done {
+                break;
+            }
+        }
+        Ok(true)
     }
 
     /// Solves on a few nodes, then on more until the truncation error is negligible.
-    fn solve(
-        &mut self,
-        is_near: bool,
-        progress: &mut Progress,
-        options: &Options<'_>,
-    ) -> Result<StopReason> {
-        self.set_data();
-        if !is_near {
-            // Without fourth derivatives, the first step leads to the spline of flat space.
-            self.set_jumps();
-            let step = self.flat_step(&system(self.chain.knots)?)?;
-            self.follow(&step);
-        }
-        if !self.refine(|leg| nodes(COARSE, leg.largest_speed(), MOST + 1)) {
-            return Ok(StopReason::Diverged);
-        }
-        if is_near {
-            self.settle(options)?;
-        }
+    fn solve(&mut self, progress: &mut Progress, options: &Options<'_>) -> Result<StopReason> {
         let mut reason = self.run(ROUGH, progress, options)?;
         let mut is_fine = reason != StopReason::Converged
             || self.refine(|leg| nodes(FINE, leg.largest_speed(), MOST + 1));
@@ -276,20 +244,6 @@ impl<'c> Iteration<'c> {
         true
     }
 
-    /// Solves the legs for the velocities at the start.
-    ///
-    /// # Errors
-    /// `Interrupted`.
-    fn settle(&mut self, options: &Options<'_>) -> Result<()> {
-        for _ in 0..MOST_SWEEPS {
-            options.check()?;
-            if self.sweep(1) <= ROUGH {
-                break;
-            }
-        }
-        Ok(())
-    }
-
     /// Steps until the tolerance is reached.
     ///
     /// # Errors
@@ -304,6 +258,7 @@ impl<'c> Iteration<'c> {
         let mut mixing = Anderson::new(DEPTH);
         let (mut least, mut failures) = (f64::INFINITY, 0);
         loop {
+            let before = self.mixes_legs.then(|| self.fourth_derivatives());
             self.size = self.sweep(SWEEPS);
             self.set_jumps();
             let jump = self.chain.knots.largest_jump(&self.jumps, self.vector());
@@ -324,8 +279,36 @@ impl<'c> Iteration<'c> {
             if let Some(reason) = progress.step(self.products(), options)? {
                 return Ok(reason);
             }
-            let step = self.flat_step(&system)?;
-            self.follow(&mixing.increment(step));
+            let mut step = self.flat_step(&system)?;
+            if let Some(before) = &before {
+                let now = self.fourth_derivatives();
+                step.extend(now.iter().zip(before).map(|(now, before)| now - before));
+            }
+            let increment = mixing.increment(step);
+            if let Some(before) = &before {
+                let changes = &increment[self.jumps.len()..];
+                self.set_fourth_derivatives(
+                    before.iter().zip(changes).map(|(f, change)| f + change),
+                );
+            }
+            self.follow(&increment[..self.jumps.len()]);
+            if failures > 0 && !self.mixes_legs {
+                self.mixes_legs = true;
+                mixing = Anderson::new(DEPTH);
+            }
+        }
+    }
+
+    /// The fourth derivatives of all legs.
+    fn fourth_derivatives(&self) -> Vec<f64> {
+        let legs = self.links.iter().flat_map(|link| &link.leg.f);
+        legs.flat_map(|f| f.0).collect()
+    }
+
+    fn set_fourth_derivatives(&mut self, values: impl Iterator<Item = f64>) {
+        let legs = self.links.iter_mut().flat_map(|link| &mut link.leg.f);
+        for (f, value) in legs.flat_map(|f| &mut f.0).zip(values) {
+            *f = value;
         }
     }
 
@@ -335,16 +318,17 @@ impl<'c> Iteration<'c> {
         n * k
     }
 
+    /// Number of products of a sweep.
+    fn products_of_sweep(&self) -> f64 {
+        let legs = self.links.iter().map(|link| link.leg.multiplications());
+        legs.sum()
+    }
+
     /// Number of products of a step.
     fn products(&self) -> f64 {
-        let legs: f64 = self
-            .links
-            .iter()
-            .map(|link| link.leg.multiplications())
-            .sum();
         let [knots, vector, k] =
             [self.pairs.len(), self.vector(), self.chain.shape().1].map(|count| count as f64);
-        SWEEPS as f64 * legs + knots * vector * (4.0 * DEPTH as f64 + 16.0 * k)
+        SWEEPS as f64 * self.products_of_sweep() + knots * vector * (4.0 * DEPTH as f64 + 16.0 * k)
     }
 
     /// Gives the legs the present velocities.
@@ -374,9 +358,9 @@ impl<'c> Iteration<'c> {
 
     /// Sweeps along all legs; returns the largest change of the last sweep.
     fn sweep(&mut self, times: usize) -> f64 {
-        each(&mut self.links, &mut (), |(), _, link| {
+        each(&mut self.links, &mut self.scratch, |scratch, _, link| {
             for _ in 0..times {
-                link.change = link.leg.sweep();
+                link.change = link.leg.sweep(scratch);
             }
         });
         let changes = self.links.iter().map(|link| link.change);
@@ -503,72 +487,4 @@ fn write_gram(pairs: [&Mat<f64>; 2], h: f64, gram: &mut [f64]) {
             }
         }
     }
-}
-
-/// Adds a multiple of the matrix with given coordinates, which are overwritten, in a leg between two knots.
-fn lift(pairs: &[Mat<f64>], h: f64, factor: f64, x: &mut [f64], mut out: MatMut<'_, f64>) {
-    let (n, k) = out.shape();
-    if x.len() == n * k {
-        let x = MatRef::from_column_major_slice(&*x, n, k);
-        zip!(out, x).for_each(|unzip!(out, x)| *out += factor * *x);
-        return;
-    }
-    let r = LEVELS * k;
-    for column in x.chunks_exact_mut(r) {
-        for (i, block) in column.chunks_exact_mut(k).enumerate() {
-            let scale = if i % 2 == 0 { 1.0 } else { h };
-            block.iter_mut().for_each(|x| *x *= scale);
-        }
-    }
-    let x = MatRef::from_column_major_slice(&*x, r, k);
-    for (end, pair) in pairs.iter().enumerate() {
-        mul_add(&mut out, factor, pair, x.subrows(end * 2 * k, 2 * k));
-    }
-}
-
-/// Vectors are not turned between knots.
-struct Unturned(usize);
-
-impl Isometries for Unturned {
-    fn size(&self) -> usize {
-        self.0
-    }
-
-    fn carry_into(&mut self, _: usize, _: Way, from: &[f64], to: &mut [f64]) -> Result<()> {
-        to.copy_from_slice(from);
-        Ok(())
-    }
-}
-
-/// The system of cubic splines for the changes of the velocities:
-///
-/// ```math
-/// \frac{2}{h_-} dv_{j-1} + \Bigl(\frac{4}{h_-} + \frac{4}{h_+}\Bigr) dv_j + \frac{2}{h_+} dv_{j+1} = -[S'']
-/// ```
-fn system(knots: &Knots<'_>) -> Result<Tridiagonal<1>> {
-    let row = |knot: usize| {
-        let mut row = Row::ZERO;
-        if knots.is_fixed(knot) {
-            row.diagonal = [[1.0]];
-            return row;
-        }
-        let [before, after] = knots.legs_at(knot);
-        if let Some(leg) = before {
-            row.below[0][0] = 2.0 / knots.lengths[leg];
-            row.diagonal[0][0] += 4.0 / knots.lengths[leg];
-        }
-        if let Some(leg) = after {
-            row.above[0][0] = 2.0 / knots.lengths[leg];
-            row.diagonal[0][0] += 4.0 / knots.lengths[leg];
-        }
-        row
-    };
-    let rows: Vec<Row<1>> = (0..knots.count()).map(row).collect();
-    let shape = match knots.ends {
-        Ends::Open(_) => Shape::Open,
-        Ends::Periodic => Shape::Closed,
-    };
-    Tridiagonal::new(&rows, shape).ok_or(Error::Overflow {
-        quantity: "system of a spline",
-    })
 }

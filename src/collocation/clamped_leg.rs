@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+use faer::MatRef;
+
 use super::clamped::{Clamped, LEVELS};
 use super::embedded_equation::{Buffers, Embedded};
 use super::lane_matrices::orthonormalise;
 use crate::linalg::field::{larger, largest};
-use crate::linalg::lanes::Lanes;
+use crate::linalg::lanes::{LANES, Lanes};
 use crate::space::Quotient;
 
 /// What a fourth derivative adds to the second derivatives at the ends, at most.
@@ -26,10 +28,16 @@ pub(crate) struct ClampedLeg {
     turn: Vec<f64>,
     /// The fourth derivative at the nodes.
     pub(super) f: Vec<Lanes>,
+}
+
+/// Buffers of a sweep, for legs of any size.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Scratch {
     /// `S, S', S'', S'''` at the nodes.
-    pub(super) s: [Vec<Lanes>; LEVELS],
-    pub(super) image: Vec<Lanes>,
-    buffers: Buffers<Lanes>,
+    s: [Vec<Lanes>; LEVELS],
+    /// The fourth derivative by the equation.
+    image: Vec<Lanes>,
+    buffers: Buffers,
 }
 
 impl ClampedLeg {
@@ -57,9 +65,6 @@ impl ClampedLeg {
                 .map(|i| f64::from(u8::from(i % (k + 1) == 0)))
                 .collect(),
             f: zeros(),
-            s: std::array::from_fn(|_| zeros()),
-            image: zeros(),
-            buffers: Buffers::new([r, k]),
         }
     }
 
@@ -109,13 +114,30 @@ impl ClampedLeg {
 
     /// Replaces the fourth derivative by that of the equation, and for subspaces the basis at the end by the one which a
     /// horizontal curve reaches. Returns the change, as second derivatives at the ends feel it.
-    pub(super) fn sweep(&mut self) -> f64 {
-        let drift = self.evaluate();
+    pub(super) fn sweep(&mut self, scratch: &mut Scratch) -> f64 {
+        let Scratch { s, image, buffers } = scratch;
+        let equation = &self.equation;
+        let (r, k, size) = (equation.r, equation.k, equation.r * equation.k);
+        for all in s.iter_mut().chain([&mut *image]) {
+            all.resize(self.f.len(), Lanes::ZERO);
+        }
+        buffers.resize([r, k]);
+        let data = self.data.each_ref().map(Vec::as_slice);
+        self.nodes.derivatives_into(data, &self.f, s);
+        let mut drift = vec![0.0; k * k];
+        let groups = image.chunks_exact_mut(size).zip(&self.nodes.nodes.weights);
+        for (group, (image, weights)) in groups.enumerate() {
+            let s = s.each_ref().map(|s| &s[group * size..][..size]);
+            equation.fourth_derivative_into(s, buffers, image);
+            if equation.quotient == Quotient::Subspaces {
+                equation.add_drift([s[0], s[1]], *weights, buffers, &mut drift);
+            }
+        }
         let mut change = 0.0;
-        for (f, image) in self.f.iter().zip(&self.image) {
+        for (f, image) in self.f.iter().zip(&*image) {
             change = larger(change, largest(&[*f - *image]));
         }
-        std::mem::swap(&mut self.f, &mut self.image);
+        std::mem::swap(&mut self.f, image);
         change *= TO_SECOND;
         if self.equation.quotient == Quotient::Subspaces {
             change = larger(change, self.turn_by(&drift));
@@ -123,22 +145,24 @@ impl ClampedLeg {
         change
     }
 
-    /// Sets the derivatives at the nodes and the right-hand side; for subspaces returns the drift of the basis.
-    pub(super) fn evaluate(&mut self) -> Vec<f64> {
-        let data = self.data.each_ref().map(Vec::as_slice);
-        self.nodes.derivatives_into(data, &self.f, &mut self.s);
-        let size = self.f.len() / self.nodes.groups();
-        let equation = &self.equation;
-        let mut drift = vec![0.0; equation.k * equation.k];
-        for (group, image) in self.image.chunks_exact_mut(size).enumerate() {
-            let s = self.s.each_ref().map(|s| &s[group * size..][..size]);
-            equation.fourth_derivative_into(s, &mut self.buffers, image);
-            if equation.quotient == Quotient::Subspaces {
-                let weights = self.nodes.nodes.weights[group];
-                equation.add_drift([s[0], s[1]], weights, &mut self.buffers, &mut drift);
+    /// Sets the basis in which the given point at the end is reached, the given one times a matrix.
+    pub(super) fn set_turn(&mut self, turn: MatRef<'_, f64>) {
+        let k = self.equation.k;
+        for (i, entry) in self.turn.iter_mut().enumerate() {
+            *entry = turn[(i / k, i % k)];
+        }
+        self.turn_data();
+    }
+
+    /// Sets the fourth derivative by its values at the nodes, one matrix after another.
+    pub(super) fn set_fourth_derivative(&mut self, values: &[f64]) {
+        let size = self.size();
+        for (node, values) in values.chunks_exact(size).enumerate() {
+            let f = &mut self.f[node / LANES * size..][..size];
+            for (f, value) in f.iter_mut().zip(values) {
+                f.0[node % LANES] = *value;
             }
         }
-        drift
     }
 
     /// Turns the basis at the end against its drift; returns the largest entry.

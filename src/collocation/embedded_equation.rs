@@ -11,7 +11,6 @@
 //! leaves `S''''` as a combination of `S, S', S'', S'''` with factors of size `k`, so it stays in the span of the data at the
 //! ends, and a basis of that span is not needed: products of columns are those of coordinates with a Gram matrix.
 
-use crate::linalg::dual::Number;
 use crate::linalg::field::{accumulate, multiply_rows};
 use crate::linalg::lanes::Lanes;
 use crate::linalg::simd::vectorised;
@@ -29,31 +28,30 @@ pub(super) struct Embedded {
 }
 
 /// Buffers.
-#[derive(Debug, Clone)]
-pub(super) struct Buffers<T> {
-    small: Vec<T>,
-    tall: Vec<T>,
+#[derive(Debug, Clone, Default)]
+pub(super) struct Buffers {
+    small: Vec<Lanes>,
+    tall: Vec<Lanes>,
 }
 
 /// Number of small matrices.
 const SMALL: usize = 22;
 
-impl<T: Number> Buffers<T> {
-    pub(super) fn new([r, k]: [usize; 2]) -> Self {
-        Buffers {
-            small: vec![T::ZERO; SMALL * k * k],
-            tall: vec![T::ZERO; 3 * r * k],
-        }
+impl Buffers {
+    /// Makes room for matrices of the given shape.
+    pub(super) fn resize(&mut self, [r, k]: [usize; 2]) {
+        self.small.resize(SMALL * k * k, Lanes::ZERO);
+        self.tall.resize(3 * r * k, Lanes::ZERO);
     }
 }
 
 impl Embedded {
     /// `out = S''''` from `S, S', S'', S'''`.
-    pub(super) fn fourth_derivative_into<T: Number>(
+    pub(super) fn fourth_derivative_into(
         &self,
-        s: [&[T]; 4],
-        buffers: &mut Buffers<T>,
-        out: &mut [T],
+        s: [&[Lanes]; 4],
+        buffers: &mut Buffers,
+        out: &mut [Lanes],
     ) {
         vectorised(
             #[inline(always)]
@@ -62,13 +60,13 @@ impl Embedded {
     }
 
     #[inline(always)]
-    fn combine<T: Number>(&self, s: [&[T]; 4], buffers: &mut Buffers<T>, out: &mut [T]) {
+    fn combine(&self, s: [&[Lanes]; 4], buffers: &mut Buffers, out: &mut [Lanes]) {
         let (r, k) = (self.r, self.k);
         let square = k * k;
         let Buffers { small, tall } = buffers;
-        small.fill(T::ZERO);
+        small.fill(Lanes::ZERO);
         // `S', S'', S'''` times the Gram matrix.
-        let mut moved: [&[T]; 4] = s;
+        let mut moved: [&[Lanes]; 4] = s;
         if let Some(gram) = &self.gram {
             for (tall, s) in tall.chunks_exact_mut(r * k).zip(&s[1..]) {
                 times_symmetric(s, gram, r, tall);
@@ -80,7 +78,8 @@ impl Embedded {
         }
         let mut rest = small.chunks_exact_mut(square);
         let mut next = || rest.next().unwrap_or_default();
-        let gram = |i: usize, j: usize, out: &mut [T]| multiply_rows(s[i], moved[j], r, |_| r, out);
+        let gram =
+            |i: usize, j: usize, out: &mut [Lanes]| multiply_rows(s[i], moved[j], r, |_| r, out);
         let (c0, c1, c2, c3) = (next(), next(), next(), next());
         let (g11, g12, g13, g22) = (next(), next(), next(), next());
         gram(1, 1, g11);
@@ -102,7 +101,7 @@ impl Embedded {
                 }
                 m.add_transposed(-1.0, g13, c0);
                 for i in 0..k {
-                    c2[i * k + i] += T::constant(tension);
+                    c2[i * k + i] += Lanes::splat(tension);
                 }
             }
             Quotient::Frames => {
@@ -159,12 +158,12 @@ impl Embedded {
                 m.add(1.0, p, a, c0);
                 m.add_right_transposed(-1.0, o, b, c0);
                 for i in 0..k {
-                    c2[i * k + i] += T::constant(tension);
+                    c2[i * k + i] += Lanes::splat(tension);
                 }
             }
         }
         // out = S c0 + S' c1 + S'' c2 + S''' c3, by rows of the transposes.
-        out.fill(T::ZERO);
+        out.fill(Lanes::ZERO);
         let factor = next();
         for (c, s) in [c0, c1, c2, c3].into_iter().zip(s) {
             for i in 0..k {
@@ -181,7 +180,7 @@ impl Embedded {
         &self,
         [s, v]: [&[Lanes]; 2],
         weights: Lanes,
-        buffers: &mut Buffers<Lanes>,
+        buffers: &mut Buffers,
         out: &mut [f64],
     ) {
         let (r, k) = (self.r, self.k);
@@ -228,28 +227,28 @@ struct Small {
 impl Small {
     /// `out += factor a b`.
     #[inline(always)]
-    fn add<T: Number>(self, factor: f64, a: &[T], b: &[T], out: &mut [T]) {
+    fn add(self, factor: f64, a: &[Lanes], b: &[Lanes], out: &mut [Lanes]) {
         let k = self.k;
         self.each(out, factor, |i, j, l| a[i * k + l] * b[l * k + j]);
     }
 
     /// `out += factor a^T b`.
     #[inline(always)]
-    fn add_left_transposed<T: Number>(self, factor: f64, a: &[T], b: &[T], out: &mut [T]) {
+    fn add_left_transposed(self, factor: f64, a: &[Lanes], b: &[Lanes], out: &mut [Lanes]) {
         let k = self.k;
         self.each(out, factor, |i, j, l| a[l * k + i] * b[l * k + j]);
     }
 
     /// `out += factor a b^T`.
     #[inline(always)]
-    fn add_right_transposed<T: Number>(self, factor: f64, a: &[T], b: &[T], out: &mut [T]) {
+    fn add_right_transposed(self, factor: f64, a: &[Lanes], b: &[Lanes], out: &mut [Lanes]) {
         let k = self.k;
         self.each(out, factor, |i, j, l| a[i * k + l] * b[j * k + l]);
     }
 
     /// `out += factor a^T`.
     #[inline(always)]
-    fn add_transposed<T: Number>(self, factor: f64, a: &[T], out: &mut [T]) {
+    fn add_transposed(self, factor: f64, a: &[Lanes], out: &mut [Lanes]) {
         for i in 0..self.k {
             for j in 0..self.k {
                 out[i * self.k + j] += a[j * self.k + i] * factor;
@@ -258,10 +257,10 @@ impl Small {
     }
 
     #[inline(always)]
-    fn each<T: Number>(self, out: &mut [T], factor: f64, term: impl Fn(usize, usize, usize) -> T) {
+    fn each(self, out: &mut [Lanes], factor: f64, term: impl Fn(usize, usize, usize) -> Lanes) {
         for i in 0..self.k {
             for j in 0..self.k {
-                let mut sum = T::ZERO;
+                let mut sum = Lanes::ZERO;
                 for l in 0..self.k {
                     sum += term(i, j, l);
                 }
@@ -276,12 +275,12 @@ const ABREAST: usize = 4;
 
 /// `out = x m` for rows of length `r` and a symmetric matrix.
 #[inline(always)]
-fn times_symmetric<T: Number>(x: &[T], m: &[f64], r: usize, out: &mut [T]) {
+fn times_symmetric(x: &[Lanes], m: &[f64], r: usize, out: &mut [Lanes]) {
     for (x, out) in x.chunks_exact(r).zip(out.chunks_exact_mut(r)) {
         let mut rows = m.chunks_exact(ABREAST * r);
         let mut outs = out.chunks_exact_mut(ABREAST);
         for (rows, out) in rows.by_ref().zip(outs.by_ref()) {
-            let mut sums = [T::ZERO; ABREAST];
+            let mut sums = [Lanes::ZERO; ABREAST];
             for (l, x) in x.iter().enumerate() {
                 for (t, sum) in sums.iter_mut().enumerate() {
                     *sum += *x * rows[t * r + l];
@@ -290,7 +289,7 @@ fn times_symmetric<T: Number>(x: &[T], m: &[f64], r: usize, out: &mut [T]) {
             out.copy_from_slice(&sums);
         }
         for (row, out) in rows.remainder().chunks_exact(r).zip(outs.into_remainder()) {
-            let mut sum = T::ZERO;
+            let mut sum = Lanes::ZERO;
             for (x, m) in x.iter().zip(row) {
                 sum += *x * *m;
             }
@@ -372,11 +371,10 @@ mod tests {
                 };
                 let s = [0, 1, 2, 3].map(|level| lanes(&(&inverse * &all[level])));
                 let mut found = vec![Lanes::ZERO; r * k];
-                equation.fourth_derivative_into(
-                    s.each_ref().map(Vec::as_slice),
-                    &mut Buffers::new([r, k]),
-                    &mut found,
-                );
+                let mut buffers = Buffers::default();
+                buffers.resize([r, k]);
+                let s = s.each_ref().map(Vec::as_slice);
+                equation.fourth_derivative_into(s, &mut buffers, &mut found);
                 let found: Vec<f64> = found.iter().map(|x| x.0[5]).collect();
                 let found = &basis * MatRef::from_column_major_slice(&found, r, k);
                 let (error, size) = ((found - &all[4]).norm_max(), all[4].norm_max());

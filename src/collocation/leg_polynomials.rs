@@ -17,6 +17,9 @@ use crate::space::Homogeneous;
 /// Largest number of Picard iterations for the rest of the frame; they stop where it no longer changes.
 const MOST_SWEEPS: usize = 60;
 
+/// Change of a frame below which it is round-off.
+const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
+
 /// The covariant acceleration and its derivative, `x'` and `x''` as matrices, from the derivatives of a curve.
 pub(super) fn covariant_derivatives(
     [s, v, second, third]: [MatRef<'_, f64>; LEVELS],
@@ -215,7 +218,7 @@ fn rest_of_frames(curve: &Curve<'_>, nodes: &Nodes, r: usize) -> Rest {
         let change = pairs.fold(0.0_f64, |most, (now, before)| {
             most.max((now - before).abs())
         });
-        if change <= 2.0 * f64::EPSILON {
+        if change <= ROUND_OFF {
             break;
         }
     }

@@ -1,18 +1,16 @@
-//! Riemannian cubics by collocation: all legs of a chain, and all nodes of a leg, at once.
+//! Riemannian cubics at Gauss nodes: integrals of the polynomials through the nodes turn their equations into integral
+//! equations of the second kind, with a smoothing kernel.
 //!
-//! On a leg, parametrised by `s` in `[0, 1]`, the unknowns are `f = x'''` at Gauss nodes, `x, x', x''` at `s = 0`, and
-//! the frames `g` at the nodes. Integrals of the polynomials through the nodes turn the equations of cubics into
+//! Chains of legs between knots ([`Chain`]) are solved in the embedding: the unknowns are the fourth derivatives of the
+//! matrices `S` at the nodes of every leg and the velocities at the knots, and nothing is differentiated. The polynomials
+//! are the curve: nothing is integrated afterwards.
+//!
+//! Single cubics between given ends are solved in frames by Newton's method ([`solve_between_ends`]), and so are the
+//! linearised equations along them ([`LinearBoundary`]); `x'''` at the nodes, `x'` and `x''` at the start are the unknowns:
 //!
 //! ```math
-//! f = [x'', x]_m - [[x, x']_h, x],\qquad g = g_0 + \int_0^s g\,x,\qquad x = x_0 + x_0' s + \tfrac12 x_0'' s^2 + \iiint f
+//! x''' = [x'', x]_m - [[x, x']_h, x],\qquad g = g_0 + \int_0^s g\,x,\qquad x = x_0 + x_0' s + \tfrac12 x_0'' s^2 + \iiint x'''
 //! ```
-//!
-//! an equation of the second kind with a smoothing kernel. For chains it is solved without derivatives by sweeps of the
-//! fixed-point iteration `f <- [x'', x]_m - ...`, combined with a step at the ends as in flat space and with Anderson
-//! mixing. The polynomials are the curve: nothing is integrated afterwards.
-//!
-//! Single cubics between given ends are solved at such nodes by Newton's method ([`solve_between_ends`]), and so are the
-//! linearised equations along them ([`LinearBoundary`]).
 //!
 //! # Source
 //! Atkinson (1997), "The Numerical Solution of Integral Equations of the Second Kind", sec. 4.1 (the Nystrom method); Walker, Ni
@@ -27,6 +25,7 @@ mod clamped;
 mod clamped_leg;
 mod embedded_equation;
 mod expansion;
+mod flat_system;
 mod lane_frames;
 mod lane_matrices;
 mod lane_nodes;
@@ -35,9 +34,11 @@ mod linear_boundary;
 mod linear_nodes;
 mod linear_operator;
 mod linear_terms;
+mod solved_chain;
 
 pub(crate) use boundary_leg::BoundaryData;
 pub(crate) use boundary_value::{BoundaryLimits, Start, solve_between_ends};
-pub(crate) use chain::{Chain, SolvedChain};
+pub(crate) use chain::{Chain, Near};
 pub(crate) use linear_boundary::LinearBoundary;
 pub(crate) use linear_nodes::{are_resolved, linear_nodes, more_nodes};
+pub(crate) use solved_chain::SolvedChain;

@@ -19,16 +19,10 @@ const DEPENDENT: f64 = 1e-13;
 /// Walker, Ni (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
 pub(crate) struct Anderson {
     depth: usize,
-    last: Option<Last>,
+    /// The latest increment of the iterate, and the step before it.
+    last: Option<(Vec<f64>, Vec<f64>)>,
     /// Newest first.
     differences: VecDeque<Difference>,
-}
-
-/// The latest increment of the iterate, the step before it, and products of that step with the differences of steps.
-struct Last {
-    dx: Vec<f64>,
-    f: Vec<f64>,
-    products: Vec<f64>,
 }
 
 /// A difference of steps, and its sum with the difference of iterates.
@@ -56,50 +50,35 @@ impl Anderson {
 
     /// The increment of the iterate after computing its step `f`; the iterate itself may be a point of a manifold.
     pub(crate) fn increment(&mut self, f: Vec<f64>) -> Vec<f64> {
-        let all = self.differences.iter().map(|older| dot(&f, &older.df));
-        let mut right: Vec<f64> = all.collect();
-        if let Some(last) = self.last.take() {
-            self.add_difference(last, &f, &mut right);
+        if let Some((dx, last)) = self.last.take() {
+            self.add_difference(dx, last, &f);
         }
         let mut increment = f.clone();
-        for (difference, share) in self.differences.iter().zip(self.shares(&right)) {
+        for (difference, share) in self.differences.iter().zip(self.shares(&f)) {
             for (to, sum) in increment.iter_mut().zip(&difference.sum) {
                 *to -= share * sum;
             }
         }
-        self.last = Some(Last {
-            dx: increment.clone(),
-            f,
-            products: right,
-        });
+        self.last = Some((increment.clone(), f));
         increment
     }
 
-    /// Stores the difference from the last step, given products of the present one with the older differences, which are
-    /// completed. Products of differences follow from those of steps.
-    fn add_difference(&mut self, last: Last, f: &[f64], right: &mut Vec<f64>) {
-        let Last {
-            dx: mut sum,
-            f: mut df,
-            products: before,
-        } = last;
+    /// Stores the difference from the last step, given that step and the increment after it.
+    fn add_difference(&mut self, mut sum: Vec<f64>, mut df: Vec<f64>, f: &[f64]) {
         for ((df, sum), f) in df.iter_mut().zip(&mut sum).zip(f) {
             *df = f - *df;
             *sum += *df;
         }
         self.differences.truncate(self.depth - 1);
-        right.truncate(self.depth - 1);
-        let older = right.iter().zip(&before).map(|(now, before)| now - before);
+        let older = self.differences.iter().map(|older| dot(&df, &older.df));
         let products = std::iter::once(dot(&df, &df)).chain(older).collect();
-        right.insert(0, dot(f, &df));
         self.differences
             .push_front(Difference { df, sum, products });
     }
 
     /// The least-squares solution `gamma`, by a Cholesky factorisation of the products of the differences, which are
-    /// kept between steps; dependent directions get zero. A few digits are enough. `right` are the products of the
-    /// differences with `f_j`.
-    fn shares(&self, right: &[f64]) -> Vec<f64> {
+    /// kept between steps; dependent directions get zero. A few digits are enough.
+    fn shares(&self, f: &[f64]) -> Vec<f64> {
         let count = self.differences.len();
         let mut lower = vec![vec![0.0; count]; count];
         let mut shares = vec![0.0; count];
@@ -116,7 +95,7 @@ impl Anderson {
             }
             if lower[i][i] > 0.0 {
                 let known: f64 = (0..i).map(|l| lower[i][l] * shares[l]).sum();
-                shares[i] = (right[i] - known) / lower[i][i];
+                shares[i] = (dot(f, &self.differences[i].df) - known) / lower[i][i];
             }
         }
         for i in (0..count).rev() {

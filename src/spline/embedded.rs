@@ -8,8 +8,8 @@ use super::chain::{Chain, Piece};
 use super::ends::{End, Ends};
 use super::leg_path::leg_path;
 use super::motion::Motion;
-use super::solvable::{Effort, Solution, SolvedLegs, Start};
-use crate::collocation;
+use super::solvable::{Effort, Solution, SolvedLegs};
+use crate::collocation::{self, Near};
 use crate::cubic::lazy_path::LazyPath;
 use crate::cubic::packing::entries;
 use crate::cubic::reduced::Sized;
@@ -55,7 +55,14 @@ pub(super) trait InEmbedding: Chain {
         pairs.all(|(a, b)| a.max(*b) <= UNEVEN * a.min(*b))
     }
 
-    /// Solves with legs in the embedding; `None` if the lengths of the legs are too different, or if the iteration finds no
+    /// Velocities of a motion as matrices, column by column.
+    fn matrices_of(&self, motion: &Motion) -> Vec<f64> {
+        let knots = 0..=self.lengths().len();
+        let velocities = knots.map(|knot| entries(&self.matrix_of(knot, motion.velocity(knot))));
+        velocities.collect::<Vec<_>>().concat()
+    }
+
+    /// Solves with legs in the embedding, from the spline of flat space or from a motion near a solution; `None` if the lengths of the legs are too different, or if the iteration finds no
     /// solution while work is left.
     ///
     /// # Errors
@@ -63,7 +70,7 @@ pub(super) trait InEmbedding: Chain {
     fn in_embedding(
         &self,
         ends: &Ends,
-        start: &Start,
+        near: Option<&Near<'_>>,
         effort: Effort<'_>,
     ) -> Result<Option<Solution>> {
         if !self.is_even(ends) {
@@ -101,14 +108,7 @@ pub(super) trait InEmbedding: Chain {
             points: &points,
             knots: &knots,
         };
-        let start = match start {
-            Start::Flat => None,
-            Start::Near(motion) => {
-                let velocities = (0..=legs).map(|knot| matrix(knot, motion.velocity(knot)));
-                Some(velocities.collect::<Vec<_>>().concat())
-            }
-        };
-        let (report, solved) = chain.solve(start.as_deref(), &options)?;
+        let (report, solved) = chain.solve(near, &options)?;
         if !report.converged && !effort.work.is_done() {
             return Ok(None);
         }

@@ -13,6 +13,7 @@ use super::iteration::Iteration;
 use super::leg_path::leg_path;
 use super::motion::Motion;
 use super::solvable::{Effort, Solution, Solvable, SolvedLegs, Start};
+use crate::collocation::Near;
 use crate::cubic::lazy_path::LazyPath;
 use crate::cubic::path::Path;
 use crate::cubic::reduced::Sized;
@@ -41,13 +42,13 @@ const MANY: usize = 30;
 /// given.
 const STIFF: f64 = 2.5;
 
-/// Integration accuracy of the third derivatives of a start.
+/// Integration accuracy of the derivatives of a start.
 const START_ACCURACY: f64 = 1e-6;
 
 impl Solvable for Framed<'_> {
     fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
         if !self.takes_series()
-            && let Some(found) = self.in_embedding(ends, &start, effort)?
+            && let Some(found) = self.from_start(ends, &start, effort)?
         {
             return Ok(found);
         }
@@ -84,6 +85,42 @@ impl Framed<'_> {
     fn takes_series(&self) -> bool {
         let longest = self.lengths().iter().fold(0.0_f64, |most, h| most.max(*h));
         self.size() < MANY || longest * self.tension().sqrt() > STIFF
+    }
+
+    /// Solves with legs in the embedding.
+    fn from_start(
+        &self,
+        ends: &Ends,
+        start: &Start,
+        effort: Effort<'_>,
+    ) -> Result<Option<Solution>> {
+        let Start::Near(motion) = start else {
+            return self.in_embedding(ends, None, effort);
+        };
+        let near = Near {
+            velocities: self.matrices_of(motion),
+            leg: &|leg, times| self.near_leg(motion, leg, times),
+        };
+        self.in_embedding(ends, Some(&near), effort)
+    }
+
+    /// The fourth derivatives of a leg of a motion at some times, one matrix after another, and its end, by integration.
+    fn near_leg(&self, motion: &Motion, leg: usize, times: &[f64]) -> Result<(Vec<f64>, Mat<f64>)> {
+        const ORDERS: usize = 5;
+        let path = self.integrated_roughly(motion, leg)?;
+        let (rows, r, k) = (path.rows(), path.r(), self.columns());
+        let mut series: [Vec<f64>; ORDERS] = std::array::from_fn(|_| vec![0.0; rows * k]);
+        let mut values = Vec::with_capacity(times.len() * r * k);
+        for t in times {
+            path.points_into(*t, &mut series.each_mut().map(Vec::as_mut_slice));
+            let fourth = series[ORDERS - 1]
+                .chunks_exact(rows)
+                .flat_map(|column| &column[..r]);
+            values.extend(fourth.map(|c| 24.0 * c));
+        }
+        path.point_into(1.0, &mut series[0]);
+        let end = MatRef::from_column_major_slice(&series[0], rows, k);
+        Ok((values, end.subrows(0, r).to_owned()))
     }
 
     /// The largest rotation of a leg, from a motion's velocities or from the distance between knots.
@@ -150,11 +187,16 @@ impl Framed<'_> {
 
     /// `x'''` of a leg of a motion at some times, by integration.
     fn third_derivative(&self, motion: &Motion, leg: usize, times: &[f64]) -> Result<Vec<f64>> {
+        let path = self.integrated_roughly(motion, leg)?;
+        Ok(path.third_derivatives(times))
+    }
+
+    fn integrated_roughly(&self, motion: &Motion, leg: usize) -> Result<Path> {
         let (_, state) = self.state(leg, &motion.start(leg, self.lengths()[leg]));
         let mut path = Path::at(state, Accuracy::of_tolerance(START_ACCURACY));
         path.extend_to(1.0, Interrupt::NEVER)
             .map_err(|error| error.at_knot(leg))?;
-        Ok(path.third_derivatives(times))
+        Ok(path)
     }
 
     /// The curves of the legs.

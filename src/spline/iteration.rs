@@ -59,7 +59,9 @@ const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 impl Solvable for Ambient<'_> {
     fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
-        if let Some(found) = self.in_embedding(ends, &start, effort)? {
+        if let Start::Flat = start
+            && let Some(found) = self.in_embedding(ends, None, effort)?
+        {
             return Ok(found);
         }
         let problem = Interpolation::new(self, ends)?;

@@ -27,18 +27,18 @@ def derivatives(curve, t, count=4, radius=0.4, degree=16):
 
 def fourth_derivative(S, V, S2, S3, tau):
     """The equation of cubics of frames, in the embedding."""
-    O = S.T @ V
-    a = V.T @ V + O @ O
-    O1 = S.T @ S2 + V.T @ V
-    m12, m13 = (V.T @ X + O @ S.T @ X for X in (S2, S3))
-    b = m12 - a @ O
-    c = S2.T @ S2 - S2.T @ S @ S.T @ S2 - m12.T @ O + O @ b
-    e = m13 - m12 @ O - a @ (2 * O1 - a)
-    O2 = S.T @ S3 - S.T @ S2 @ O - O @ (2 * O1 - a) + 2 * b + b.T
-    one = np.eye(len(O))
-    C1 = 2 * O2 - 3 * b - b.T + O @ a - (2 * O1 - a) @ O - tau * O
-    C0 = (2 * b + b.T) @ O + (tau * one + O1 - a) @ a - O @ b.T - 3 * c - 2 * e - 2 * e.T
-    return 2 * S3 @ O + S2 @ (tau * one + 3 * O1 - 2 * a - O @ O) + V @ C1 + S @ C0
+    Omega = S.T @ V
+    a = V.T @ V + Omega @ Omega
+    Omega1 = S.T @ S2 + V.T @ V
+    m12, m13 = (V.T @ X + Omega @ S.T @ X for X in (S2, S3))
+    b = m12 - a @ Omega
+    c = S2.T @ S2 - S2.T @ S @ S.T @ S2 - m12.T @ Omega + Omega @ b
+    e = m13 - m12 @ Omega - a @ (2 * Omega1 - a)
+    Omega2 = S.T @ S3 - S.T @ S2 @ Omega - Omega @ (2 * Omega1 - a) + 2 * b + b.T
+    one = np.eye(len(Omega))
+    C1 = 2 * Omega2 - 3 * b - b.T + Omega @ a - (2 * Omega1 - a) @ Omega - tau * Omega
+    C0 = (2 * b + b.T) @ Omega + (tau * one + Omega1 - a) @ a - Omega @ b.T - 3 * c - 2 * e - 2 * e.T
+    return 2 * S3 @ Omega + S2 @ (tau * one + 3 * Omega1 - 2 * a - Omega @ Omega) + V @ C1 + S @ C0
 
 
 def fourth_derivative_of_subspaces(Y, V, Y2, Y3, tau):

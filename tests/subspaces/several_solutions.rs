@@ -1,8 +1,8 @@
 //! Several solutions of one boundary problem: compared with products of circles, and with lines orthogonal to planes.
 
 use faer::{Mat, Scale};
-use stiefel_rs::cubic::{IntegrationOptions, RiemannianCubic, SearchOptions};
-use stiefel_rs::{Curve, Error, Quotient};
+use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
+use stiefel_rs::{Curve, Error, Grassmann, Quotient};
 
 use crate::common::{Rng, assert_close, assert_within, random_orthogonal, random_point};
 use crate::derivative::vector;
@@ -155,6 +155,35 @@ fn random_problems_have_several_solutions() {
         println!("({n}, {k}): {counts:?}");
         assert!(counts.iter().sum::<usize>() >= 8, "({n}, {k}): {counts:?}");
     }
+}
+
+#[test]
+fn solutions_in_many_dimensions_are_found_again_from_themselves() {
+    let mut rng = Rng::new(67);
+    let mut several = 0;
+    for (n, k) in [(12, 4), (12, 6), (13, 5)] {
+        let y0 = random_point(n, k, &mut rng);
+        let away = vector(&y0, 1.3, &mut rng);
+        let manifold = Grassmann::new(n, k).unwrap();
+        let y1 = manifold.exp(view(&y0), view(&away)).unwrap();
+        let [v0, v1] = [&y0, &y1].map(|y| vector(y, 0.5, &mut rng));
+        let data = [y0, v0, y1, v1];
+        let found = all(&data, 0);
+        check(&found, &data, &format!("({n}, {k})"));
+        several += usize::from(found.len() > 1);
+        let [a, b, c, d] = data.each_ref().map(view);
+        for curve in &found {
+            let [_, _, acceleration, jerk] = curve.initial().unwrap();
+            let options = BoundaryOptions {
+                guess: Some((view(&acceleration), view(&jerk))),
+                ..BoundaryOptions::default()
+            };
+            let again = RiemannianCubic::between_subspaces(a, b, c, d, &options).unwrap();
+            let [cost, known] = [&again, curve].map(|curve| curve.cost().unwrap());
+            assert_within((cost / known - 1.0).abs(), 1e-9, &format!("({n}, {k})"));
+        }
+    }
+    assert!(several >= 2, "{several}");
 }
 
 #[test]

@@ -228,3 +228,40 @@ fn perpendicular_neighbours_are_refused_with_their_angle() {
         "{error}"
     );
 }
+
+/// Loops in which a line turns half around, so that bases carried along them come back with one direction reversed.
+#[test]
+fn closed_splines_that_reverse_a_direction_do_not_depend_on_their_first_knot() {
+    for ((n, k), count) in [((40, 1), 12), ((40, 2), 12), ((12, 4), 8), ((13, 3), 8)] {
+        let mut rng = Rng::new(19);
+        let turn = random_orthogonal(n, &mut rng);
+        let last = 1.1;
+        let mut points: Vec<Mat<f64>> = (0..count)
+            .map(|i| {
+                let angle = (std::f64::consts::PI - last) * i as f64 / (count - 1) as f64;
+                let axes = Mat::from_fn(n, k, |row, col| match (row, col) {
+                    (0, 0) => angle.cos(),
+                    (1, 0) => angle.sin(),
+                    _ => f64::from(u8::from(col > 0 && row == col + 1)),
+                });
+                let near = axes + gaussian(n, k, &mut rng) * Scale(0.02);
+                let manifold = stiefel_rs::Stiefel::new(n, k).unwrap();
+                manifold.project((&turn * near).as_ref()).unwrap()
+            })
+            .collect();
+        points.push(points[0].clone());
+        let half = count / 2;
+        let others: Vec<Mat<f64>> = (0..=count)
+            .map(|i| points[(i + half) % count].clone())
+            .collect();
+        let t: Vec<f64> = (0..=count).map(|i| i as f64).collect();
+        let costs = [&points, &others].map(|points| {
+            let ends = EndConditions::Periodic;
+            spline(&t, points, &ends, Quotient::Subspaces, 0.0)
+                .cost()
+                .unwrap()
+        });
+        let off = (costs[0] / costs[1] - 1.0).abs();
+        assert_within(off, 1e-9, &format!("({n}, {k}): {costs:?}"));
+    }
+}

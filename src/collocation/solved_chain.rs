@@ -1,0 +1,115 @@
+//! The legs of a solved chain as curves.
+
+use faer::{Mat, MatMut, MatRef, Scale, unzip, zip};
+
+use super::clamped::LEVELS;
+use super::clamped_leg::ClampedLeg;
+use super::leg_polynomials::{covariant_derivatives, polynomials};
+use crate::legs::Dense;
+use crate::linalg::decomp::thin_q;
+use crate::linalg::product::mul_add;
+use crate::space::Homogeneous;
+
+/// Largest number of nodes for which polynomials written in powers are accurate at the ends of legs: with 44,
+/// accelerations jump by up to 4e-10.
+const EXACT: usize = 32;
+
+/// The legs of a solution.
+pub(crate) struct SolvedChain {
+    pub(super) legs: Vec<ClampedLeg>,
+    pub(super) lengths: Vec<f64>,
+    /// Velocities at the knots, per unit of time.
+    pub(crate) velocities: Vec<f64>,
+    /// Point and velocity at each knot, shape `(n, 2k)`.
+    pub(super) pairs: Vec<Mat<f64>>,
+}
+
+impl SolvedChain {
+    /// Covariant acceleration and third vector at the start of a leg, in its time.
+    pub(crate) fn bends(&self, leg: usize) -> [Mat<f64>; 2] {
+        let (this, k) = (&self.legs[leg], self.legs[leg].equation.k);
+        let n = self.pairs[leg].nrows();
+        let lifted = |which: usize| {
+            let mut x = vec![0.0; this.equation.r * k];
+            this.at_end(0, which, &mut x);
+            let mut out = Mat::zeros(n, k);
+            lift(
+                &self.pairs[leg..][..2],
+                self.lengths[leg],
+                1.0,
+                &mut x,
+                out.as_mut(),
+            );
+            out
+        };
+        let (s, v) = self.pairs[leg].as_ref().split_at_col(k);
+        let v = v * Scale(self.lengths[leg]);
+        let [second, third] = [0, 1].map(lifted);
+        covariant_derivatives([s, v.as_ref(), second.as_ref(), third.as_ref()])
+    }
+
+    /// An orthonormal basis of the span of a leg that begins with the point at its start, and the map from the coordinates
+    /// of the leg to those in the basis; `None` if the coordinates are those of the points.
+    pub(crate) fn basis(&self, leg: usize) -> Option<[Mat<f64>; 2]> {
+        let (n, k) = (self.pairs[leg].nrows(), self.legs[leg].equation.k);
+        if self.legs[leg].equation.r == n {
+            return None;
+        }
+        let mut data = Mat::zeros(n, LEVELS * k);
+        for (end, pair) in self.pairs[leg..][..2].iter().enumerate() {
+            data.as_mut()
+                .subcols_mut(end * 2 * k, 2 * k)
+                .copy_from(pair);
+            for column in data.as_mut().subcols_mut(end * 2 * k + k, k).col_iter_mut() {
+                column.iter_mut().for_each(|x| *x *= self.lengths[leg]);
+            }
+        }
+        let mut basis = thin_q(data.as_ref());
+        let point = self.pairs[leg].as_ref().subcols(0, k);
+        basis.as_mut().subcols_mut(0, k).copy_from(point);
+        let to_basis = basis.transpose() * &data;
+        Some([basis, to_basis])
+    }
+
+    /// Whether polynomials of a leg are accurate.
+    pub(crate) fn is_polynomial(&self, leg: usize) -> bool {
+        self.legs[leg].nodes.count() <= EXACT
+    }
+
+    /// The polynomials of a leg relative to its first frame, in the coordinates of a basis that begins with the point.
+    pub(crate) fn polynomials(
+        &self,
+        space: impl Homogeneous,
+        leg: usize,
+        to_basis: MatRef<'_, f64>,
+    ) -> Dense {
+        polynomials(space, &self.legs[leg], to_basis)
+    }
+}
+
+/// Adds a multiple of the matrix with given coordinates, which are overwritten, in a leg between two knots.
+pub(super) fn lift(
+    pairs: &[Mat<f64>],
+    h: f64,
+    factor: f64,
+    x: &mut [f64],
+    mut out: MatMut<'_, f64>,
+) {
+    let (n, k) = out.shape();
+    if x.len() == n * k {
+        let x = MatRef::from_column_major_slice(&*x, n, k);
+        zip!(out, x).for_each(|unzip!(out, x)| *out += factor * *x);
+        return;
+    }
+    let r = LEVELS * k;
+    for column in x.chunks_exact_mut(r) {
+        for (i, block) in column.chunks_exact_mut(k).enumerate() {
+            let scale = if i % 2 == 0 { 1.0 } else { h };
+            block.iter_mut().for_each(|x| *x *= scale);
+        }
+    }
+    let x = MatRef::from_column_major_slice(&*x, r, k);
+    for (end, pair) in pairs.iter().enumerate() {
+        mul_add(&mut out, factor, pair, x.subrows(end * 2 * k, 2 * k));
+    }
+}
