@@ -130,7 +130,10 @@ impl ClampedLeg {
             let s = s.each_ref().map(|s| &s[group * size..][..size]);
             equation.fourth_derivative_into(s, buffers, image);
             if equation.quotient == Quotient::Subspaces {
-                equation.add_drift([s[0], s[1]], *weights, buffers, &mut drift);
+                let products = equation.product([s[0], s[1]], buffers);
+                for (drift, product) in drift.iter_mut().zip(products) {
+                    *drift += (*product * *weights).0.iter().sum::<f64>();
+                }
             }
         }
         let mut change = 0.0;
@@ -191,6 +194,31 @@ impl ClampedLeg {
         let data = self.data.each_ref().map(Vec::as_slice);
         self.nodes.derivatives_into(data, &self.f, &mut out);
         out
+    }
+
+    /// How far the curve is from the manifold: the largest entry of `S^T S - 1` at the nodes, and for subspaces of `S^T V`.
+    ///
+    /// A solution of the equation for `S''''` between points of the manifold need not stay there.
+    pub(super) fn defect(&self, scratch: &mut Scratch) -> f64 {
+        let k = self.equation.k;
+        scratch.buffers.resize([self.equation.r, k]);
+        let [points, velocities, ..] = self.derivatives();
+        let size = self.size();
+        let mut most = 0.0;
+        for (s, v) in points.chunks_exact(size).zip(velocities.chunks_exact(size)) {
+            let products = self.equation.product([s, s], &mut scratch.buffers);
+            for (i, product) in products.iter().enumerate() {
+                let identity = Lanes::splat(f64::from(u8::from(i % (k + 1) == 0)));
+                most = larger(most, largest(&[*product - identity]));
+            }
+            if self.equation.quotient == Quotient::Subspaces {
+                most = larger(
+                    most,
+                    largest(self.equation.product([s, v], &mut scratch.buffers)),
+                );
+            }
+        }
+        most
     }
 
     /// The second (0) or third (1) derivative at an end.

@@ -175,14 +175,12 @@ impl Embedded {
         }
     }
 
-    /// Adds the integral of `S^T V` over eight nodes with given weights, for `S` and `V` there.
-    pub(super) fn add_drift(
+    /// `S^T V` for two matrices.
+    pub(super) fn product<'b>(
         &self,
         [s, v]: [&[Lanes]; 2],
-        weights: Lanes,
-        buffers: &mut Buffers,
-        out: &mut [f64],
-    ) {
+        buffers: &'b mut Buffers,
+    ) -> &'b [Lanes] {
         let (r, k) = (self.r, self.k);
         let Buffers { small, tall } = buffers;
         let product = &mut small[..k * k];
@@ -199,9 +197,7 @@ impl Embedded {
                 multiply_rows(s, v, r, |_| r, product);
             },
         );
-        for (out, product) in out.iter_mut().zip(product) {
-            *out += (*product * weights).0.iter().sum::<f64>();
-        }
+        product
     }
 
     /// The sum of the squares of all entries of a matrix.

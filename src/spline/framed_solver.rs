@@ -48,7 +48,7 @@ const START_ACCURACY: f64 = 1e-6;
 impl Solvable for Framed<'_> {
     fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
         if !self.takes_series()
-            && let Some(found) = self.from_start(ends, &start, effort)?
+            && let Some(found) = self.near_start(ends, &start, effort)?
         {
             return Ok(found);
         }
@@ -88,7 +88,7 @@ impl Framed<'_> {
     }
 
     /// Solves with legs in the embedding.
-    fn from_start(
+    fn near_start(
         &self,
         ends: &Ends,
         start: &Start,
