@@ -83,9 +83,12 @@ impl Embedded {
         let (c0, c1, c2, c3) = (next(), next(), next(), next());
         let (g11, g12, g13, g22) = (next(), next(), next(), next());
         gram(1, 1, g11);
-        gram(1, 2, g12);
-        gram(1, 3, g13);
-        gram(2, 2, g22);
+        let is_square = self.quotient == Quotient::Frames && r == k;
+        if !is_square {
+            gram(1, 2, g12);
+            gram(1, 3, g13);
+            gram(2, 2, g22);
+        }
         let m = Small { k };
         let tension = self.tension;
         match self.quotient {
@@ -100,6 +103,29 @@ impl Embedded {
                     c0[i] = g11[i] * tension - aa[i] * 2.0 - g22[i] * 3.0 - g13[i] * 3.0;
                 }
                 m.add_transposed(-1.0, g13, c0);
+                for i in 0..k {
+                    c2[i * k + i] += Lanes::splat(tension);
+                }
+            }
+            // Of square matrices nothing is orthogonal to S: a = b = c = e = 0.
+            Quotient::Frames if is_square => {
+                let (o, g02, g03, p) = (next(), next(), next(), next());
+                gram(0, 1, o);
+                gram(0, 2, g02);
+                gram(0, 3, g03);
+                for i in 0..square {
+                    p[i] = g02[i] + g11[i];
+                }
+                let second = g03;
+                m.add(-1.0, g02, o, second);
+                m.add(-2.0, o, p, second);
+                for i in 0..square {
+                    c1[i] = second[i] * 2.0 - o[i] * tension;
+                    c2[i] = p[i] * 3.0;
+                    c3[i] = o[i] * 2.0;
+                }
+                m.add(-2.0, p, o, c1);
+                m.add(-1.0, o, o, c2);
                 for i in 0..k {
                     c2[i * k + i] += Lanes::splat(tension);
                 }
@@ -300,7 +326,7 @@ mod tests {
     use faer::{Mat, MatRef, Scale};
 
     use super::*;
-    use crate::space::{Homogeneous, Kind, in_space};
+    use crate::space::{Homogeneous, Kind, Shape, in_space};
 
     /// A curve that starts at the identity with given `x, x', x''`, and its first four derivatives there.
     fn derivatives(space: impl Homogeneous, k: usize, tension: f64) -> [Mat<f64>; 5] {
@@ -346,12 +372,21 @@ mod tests {
     #[test]
     fn the_equation_agrees_with_that_in_frames() {
         let frames = [(2, 1), (3, 1), (5, 1), (3, 2), (5, 2), (7, 4), (8, 7)];
+        let squares = [(2, 2), (3, 3), (6, 6)];
         let spans = [(2, 1), (4, 1), (4, 2), (5, 3), (8, 3)];
+        let frames = frames.into_iter().chain(squares);
         let frames = frames.map(|shape| (shape, Kind::REAL_FRAMES));
         let spans = spans.map(|shape| (shape, Kind::real(Quotient::Subspaces)));
-        for ((r, k), kind) in frames.into_iter().chain(spans) {
+        for ((r, k), kind) in frames.chain(spans) {
             for (tension, share) in [(0.0, 0.0), (0.7, 0.0), (0.0, 0.1), (0.7, 0.1)] {
-                let all = in_space!(Shape { r, k, kind }, |space| derivatives(space, k, tension));
+                // Square matrices are frames of one column less with the last one.
+                let columns = k.min(r - 1);
+                let shape = Shape {
+                    r,
+                    k: columns,
+                    kind,
+                };
+                let all = in_space!(shape, |space| derivatives(space, k, tension));
                 let identity: Mat<f64> = Mat::identity(r, r);
                 let skewed = |i: usize, j: usize| (1.0 + (3 * i + 5 * j) as f64).sin();
                 let basis = &identity + Mat::from_fn(r, r, |i, j| share * skewed(i, j));
