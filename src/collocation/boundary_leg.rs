@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::along::Along;
 use super::lane_frames::LaneFrames;
-use super::lane_matrices::{add_product_of_numbers, orthonormalise};
+use super::lane_matrices::{add_product_of_numbers, polar_factor};
 use super::lane_nodes::LaneNodes;
 use crate::linalg::field::{larger, largest};
 use crate::linalg::lanes::Lanes;
@@ -171,7 +171,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         add_product_of_numbers(&self.back, &self.frames.last, r, u);
         space.isotropy_part_into(u, q);
         if space.isotropy_dim() > 0 {
-            orthonormalise(q, r);
+            polar_factor(q, r);
         }
         let (transposed, relative) = rest.split_at_mut(square);
         for (i, entry) in transposed.iter_mut().enumerate() {

@@ -9,19 +9,17 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::clamped::{Clamped, LEVELS};
 use super::clamped_leg::{ClampedLeg, Scratch};
-use super::flat_system::{Unturned, system};
 use super::lane_nodes::nodes;
 use super::solved_chain::{SolvedChain, lift};
 use crate::error::Result;
 use crate::legs::{End, Ends, Knots, Options, Progress};
 use crate::linalg::field::larger;
-use crate::linalg::product::mul_into;
 use crate::linalg::simd::each;
 use crate::manifold::grassmann::joining::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
-use crate::solve::tridiagonal::Tridiagonal;
+use crate::solve::tridiagonal::{Tridiagonal, Unturned};
 use crate::space::Quotient;
 
 /// Number of past steps used by Anderson mixing.
@@ -185,7 +183,7 @@ impl<'c> Iteration<'c> {
     /// it is too fast.
     fn start_flat(&mut self) -> Result<bool> {
         self.set_jumps();
-        let step = self.flat_step(&system(self.chain.knots)?)?;
+        let step = self.flat_step(&self.chain.knots.flat_system()?)?;
         self.follow(&step);
         Ok(self.refine(|leg| nodes(COARSE, leg.largest_speed(), MOST + 1)))
     }
@@ -268,7 +266,7 @@ impl<'c> Iteration<'c> {
         progress: &mut Progress,
         options: &Options<'_>,
     ) -> Result<StopReason> {
-        let system = system(self.chain.knots)?;
+        let system = self.chain.knots.flat_system()?;
         let mut mixing = Anderson::new(DEPTH);
         let (mut least, mut failures) = (f64::INFINITY, 0);
         loop {
@@ -293,24 +291,34 @@ impl<'c> Iteration<'c> {
             if let Some(reason) = progress.step(self.products(), options)? {
                 return Ok(reason);
             }
-            let mut step = self.flat_step(&system)?;
-            if let Some(before) = &before {
-                let now = self.fourth_derivatives();
-                step.extend(now.iter().zip(before).map(|(now, before)| now - before));
-            }
-            let increment = mixing.increment(step);
-            if let Some(before) = &before {
-                let changes = &increment[self.jumps.len()..];
-                self.set_fourth_derivatives(
-                    before.iter().zip(changes).map(|(f, change)| f + change),
-                );
-            }
-            self.follow(&increment[..self.jumps.len()]);
+            self.advance(before, &system, &mut mixing)?;
             if failures > 0 && !self.mixes_legs {
                 self.mixes_legs = true;
                 mixing = Anderson::new(DEPTH);
             }
         }
+    }
+
+    /// One step from the present jumps and, if they are mixed, from the fourth derivatives before the sweeps.
+    fn advance(
+        &mut self,
+        before: Option<Vec<f64>>,
+        system: &Tridiagonal<1>,
+        mixing: &mut Anderson,
+    ) -> Result<()> {
+        let mut step = self.flat_step(system)?;
+        let count = step.len();
+        if let Some(before) = &before {
+            let now = self.fourth_derivatives();
+            step.extend(now.iter().zip(before).map(|(now, before)| now - before));
+        }
+        let increment = mixing.increment(step);
+        if let Some(before) = &before {
+            let changes = before.iter().zip(&increment[count..]);
+            self.set_fourth_derivatives(changes.map(|(f, change)| f + change));
+        }
+        self.follow(&increment[..count]);
+        Ok(())
     }
 
     /// The fourth derivatives of all legs.
@@ -366,7 +374,7 @@ impl<'c> Iteration<'c> {
             return;
         }
         each(&mut self.links, &mut (), |(), i, Link { leg, .. }| {
-            leg.set_gram(|gram| write_gram([&pairs[i], &pairs[i + 1]], lengths[i], gram));
+            leg.set_gram([&pairs[i], &pairs[i + 1]], lengths[i]);
         });
     }
 
@@ -480,21 +488,4 @@ fn matrix<'v>(chain: &Chain<'_>, v: &'v [f64]) -> MatRef<'v, f64> {
 fn matrix_mut<'v>(chain: &Chain<'_>, v: &'v mut [f64]) -> MatMut<'v, f64> {
     let (n, k) = chain.shape();
     MatMut::from_column_major_slice_mut(v, n, k)
-}
-
-/// Products of the columns `S_0, h V_0, S_1, h V_1`.
-fn write_gram(pairs: [&Mat<f64>; 2], h: f64, gram: &mut [f64]) {
-    let size = pairs[0].ncols();
-    let (r, mut product) = (2 * size, Mat::zeros(size, size));
-    let factor = |i: usize| if i < size / 2 { 1.0 } else { h };
-    for (row, col) in [(0, 0), (1, 1), (0, 1)] {
-        mul_into(&mut product, 1.0, pairs[row].transpose(), pairs[col]);
-        for j in 0..size {
-            for i in 0..size {
-                let entry = product[(i, j)] * (factor(i) * factor(j));
-                gram[(row * size + i) * r + col * size + j] = entry;
-                gram[(col * size + j) * r + row * size + i] = entry;
-            }
-        }
-    }
 }

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use faer::MatRef;
+use faer::{Mat, MatRef};
 
 use super::clamped::{Clamped, LEVELS};
 use super::embedded_equation::{Buffers, Embedded};
-use super::lane_matrices::orthonormalise;
+use super::lane_matrices::polar_factor;
 use crate::linalg::field::{larger, largest};
 use crate::linalg::lanes::{LANES, Lanes};
+use crate::linalg::product::mul_into;
 use crate::space::Quotient;
 
 /// What a fourth derivative adds to the second derivatives at the ends, at most.
@@ -81,10 +82,12 @@ impl ClampedLeg {
         self.turn_data();
     }
 
-    /// Coordinates for the data themselves, given the products of their columns.
-    pub(super) fn set_gram(&mut self, write: impl FnOnce(&mut [f64])) {
+    /// Gives points and velocities at both ends, shape `(n, 2k)` with velocities per unit of time, for a leg of duration `h`
+    /// whose coordinates belong to the columns of these data.
+    pub(super) fn set_gram(&mut self, pairs: [&Mat<f64>; 2], h: f64) {
         let (r, k) = (self.equation.r, self.equation.k);
-        write(self.equation.gram.get_or_insert_with(|| vec![0.0; r * r]));
+        let gram = self.equation.gram.get_or_insert_with(|| vec![0.0; r * r]);
+        write_gram(pairs, h, gram);
         for (i, given) in self.given.iter_mut().enumerate() {
             for j in 0..k {
                 given[j * r + i * k + j] = 1.0;
@@ -183,7 +186,7 @@ impl ClampedLeg {
                 most = larger(most, change.abs());
             }
         }
-        orthonormalise(&mut self.turn, k);
+        polar_factor(&mut self.turn, k);
         self.turn_data();
         most
     }
@@ -292,5 +295,22 @@ impl ClampedLeg {
             0.0
         };
         count * (4.0 * count * r * k + 11.0 * r * k * k + gram)
+    }
+}
+
+/// Products of the columns `S_0, h V_0, S_1, h V_1`.
+fn write_gram(pairs: [&Mat<f64>; 2], h: f64, gram: &mut [f64]) {
+    let size = pairs[0].ncols();
+    let (r, mut product) = (2 * size, Mat::zeros(size, size));
+    let factor = |i: usize| if i < size / 2 { 1.0 } else { h };
+    for (row, col) in [(0, 0), (1, 1), (0, 1)] {
+        mul_into(&mut product, 1.0, pairs[row].transpose(), pairs[col]);
+        for j in 0..size {
+            for i in 0..size {
+                let entry = product[(i, j)] * (factor(i) * factor(j));
+                gram[(row * size + i) * r + col * size + j] = entry;
+                gram[(col * size + j) * r + row * size + i] = entry;
+            }
+        }
     }
 }

@@ -35,11 +35,16 @@ pub(super) fn add_product_of_numbers(a: &[f64], b: &[f64], r: usize, out: &mut [
     );
 }
 
-/// Maximal number of steps of [`orthonormalise`], which square the defect.
+/// Maximal number of steps of [`polar_factor`], which square the defect.
 const MOST_POLAR_STEPS: usize = 5;
 
-/// The polar factor of a matrix of size `r` near an orthogonal one, by the Newton-Schulz iteration `q <- q (3 - q^T q) / 2`.
-pub(super) fn orthonormalise(q: &mut [f64], r: usize) {
+/// Replaces a matrix of size `r` near an orthogonal one by its polar factor, by the Newton-Schulz iteration
+/// `q <- q (3 - q^T q) / 2`. It stops where the defect is round-off;
+/// [`orthonormalise`](crate::space::orthonormalise), for eight matrices at once, takes the same steps whatever the defect.
+///
+/// # Source
+/// Higham (2008), "Functions of Matrices", sec. 8.3.
+pub(super) fn polar_factor(q: &mut [f64], r: usize) {
     let square = r * r;
     let mut work = vec![0.0; 2 * square];
     let (transposed, gram) = work.split_at_mut(square);

@@ -25,7 +25,6 @@ mod clamped;
 mod clamped_leg;
 mod embedded_equation;
 mod expansion;
-mod flat_system;
 mod lane_frames;
 mod lane_matrices;
 mod lane_nodes;

@@ -1,6 +1,8 @@
 //! A chain of knots: frames, times, and the conditions at the ends.
 
+use crate::error::{Error, Result};
 use crate::linalg::field::{Field, larger, largest};
+use crate::solve::tridiagonal::{Row, Shape, Tridiagonal};
 use crate::space::Homogeneous;
 
 /// The condition at an end of a chain, in coordinates, per unit of time.
@@ -64,6 +66,46 @@ impl<'a> Knots<'a> {
     /// Whether the velocity at a knot is given.
     pub(crate) fn is_fixed(&self, knot: usize) -> bool {
         matches!(self.end_at(knot), Some((End::Velocity(_), _)))
+    }
+
+    /// The scalar tridiagonal system of cubic splines in flat space, for the changes `dv` of the velocities that make up for
+    /// jumps of the acceleration,
+    ///
+    /// ```math
+    /// \frac{2}{h_-} dv_{j-1} + \Bigl(\frac{4}{h_-} + \frac{4}{h_+}\Bigr) dv_j + \frac{2}{h_+} dv_{j+1} = -[x']
+    /// ```
+    ///
+    /// # Errors
+    /// `Overflow` (times that differ too much).
+    ///
+    /// # Source
+    /// de Boor (2001), "A Practical Guide to Splines", ch. IV.
+    pub(crate) fn flat_system(&self) -> Result<Tridiagonal<1>> {
+        let row = |knot: usize| {
+            let mut row = Row::ZERO;
+            if self.is_fixed(knot) {
+                row.diagonal = [[1.0]];
+                return row;
+            }
+            let [before, after] = self.legs_at(knot);
+            if let Some(leg) = before {
+                row.below[0][0] = 2.0 / self.lengths[leg];
+                row.diagonal[0][0] += 4.0 / self.lengths[leg];
+            }
+            if let Some(leg) = after {
+                row.above[0][0] = 2.0 / self.lengths[leg];
+                row.diagonal[0][0] += 4.0 / self.lengths[leg];
+            }
+            row
+        };
+        let rows: Vec<Row<1>> = (0..self.count()).map(row).collect();
+        let shape = match self.ends {
+            Ends::Open(_) => Shape::Open,
+            Ends::Periodic => Shape::Closed,
+        };
+        Tridiagonal::new(&rows, shape).ok_or(Error::Overflow {
+            quantity: "system of a spline",
+        })
     }
 
     /// The leg in a lane of a group. The last leg fills the unused lanes of the last group.

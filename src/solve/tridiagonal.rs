@@ -31,6 +31,20 @@ pub(crate) trait Isometries {
     fn carry_into(&mut self, leg: usize, way: Way, from: &[f64], to: &mut [f64]) -> Result<()>;
 }
 
+/// Vectors with the given number of coordinates that are not turned between knots.
+pub(crate) struct Unturned(pub(crate) usize);
+
+impl Isometries for Unturned {
+    fn size(&self) -> usize {
+        self.0
+    }
+
+    fn carry_into(&mut self, _: usize, _: Way, from: &[f64], to: &mut [f64]) -> Result<()> {
+        to.copy_from_slice(from);
+        Ok(())
+    }
+}
+
 /// Number of knots by which a closed chain is unrolled at both ends: their influence decays as `(2 - 3^(1/2))^j` for
 /// equal legs, here to round-off.
 const UNROLLED: usize = 28;

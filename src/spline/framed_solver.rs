@@ -34,11 +34,13 @@ use crate::space::{Homogeneous, in_space};
 const FAST: f64 = 3.0;
 const FAST_WITH_FREE_ENDS: f64 = 12.0;
 
-/// Number of dimensions from which legs in the embedding replace series.
+/// Number of dimensions from which legs in the embedding replace series. In fewer it depends on `k`: relative to series,
+/// they take 2.2, 0.76, 0.48 and 0.31 times as long for 100 points on St(6,3), St(8,3), St(10,3) and St(11,3), in 12, 18, 24
+/// and 27 dimensions, 0.4 times on St(12,2), but 7 times on St(7,6), in 21.
 const MANY: usize = 30;
 
 /// If tension lets velocities grow along a leg by more than `e` to this power, series are used in any dimension: a
-/// sweep takes `tau x'` from the previous motion, which converges as `tau h^2 / 40` if the velocities at the ends are
+/// sweep takes the tension from the previous curve, which converges as `tau h^2 / 40` if the velocities at the ends are
 /// given.
 const STIFF: f64 = 2.5;
 
@@ -48,7 +50,7 @@ const START_ACCURACY: f64 = 1e-6;
 impl Solvable for Framed<'_> {
     fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
         if !self.takes_series()
-            && let Some(found) = self.near_start(ends, &start, effort)?
+            && let Some(found) = self.by_embedding(ends, &start, effort)?
         {
             return Ok(found);
         }
@@ -87,8 +89,8 @@ impl Framed<'_> {
         self.size() < MANY || longest * self.tension().sqrt() > STIFF
     }
 
-    /// Solves with legs in the embedding.
-    fn near_start(
+    /// Solves with legs in the embedding, from either start.
+    fn by_embedding(
         &self,
         ends: &Ends,
         start: &Start,

@@ -23,9 +23,10 @@ use super::ends::Ends;
 use super::motion::Motion;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::legs::Knots;
 use crate::manifold::carrier::Direction;
-use crate::solve::tridiagonal::{Row, Shape, Tridiagonal};
+use crate::solve::tridiagonal::Tridiagonal;
 
 /// Vectors computed per leg: distance, velocity and acceleration.
 pub(super) const VECTORS: usize = 3;
@@ -33,7 +34,7 @@ pub(super) const VECTORS: usize = 3;
 /// The equations of one chain.
 pub(super) struct Interpolation<'c, C> {
     pub(super) chain: &'c C,
-    pub(super) ends: &'c Ends,
+    pub(super) knots: Knots<'c>,
     system: Tridiagonal<1>,
 }
 
@@ -49,20 +50,16 @@ pub(super) struct Residual {
 
 impl<'c, C: Chain> Interpolation<'c, C> {
     pub(super) fn new(chain: &'c C, ends: &'c Ends) -> Result<Self> {
-        let rows: Vec<Row<1>> = (0..knots(chain, ends))
-            .map(|knot| row(chain, ends, knot))
-            .collect();
-        let shape = match ends {
-            Ends::Open(_) => Shape::Open,
-            Ends::Periodic => Shape::Closed,
+        let knots = Knots {
+            lengths: chain.lengths(),
+            targets: Vec::new(),
+            ends,
+            tension: 0.0,
         };
-        let system = Tridiagonal::new(&rows, shape).ok_or(Error::Overflow {
-            quantity: "system of a spline",
-        })?;
         Ok(Interpolation {
             chain,
-            ends,
-            system,
+            system: knots.flat_system()?,
+            knots,
         })
     }
 
@@ -73,7 +70,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     pub(super) fn start(&self) -> Result<Motion> {
         let knots = self.chain.lengths().len() + 1;
         let mut motion = Motion::zeros(self.chain.size(), knots);
-        if let Ends::Open(ends) = self.ends {
+        if let Ends::Open(ends) = self.knots.ends {
             for (knot, end) in [(0, &ends[0]), (knots - 1, &ends[1])] {
                 if let Some(v) = end.velocity() {
                     motion.velocity_mut(knot).copy_from_slice(v);
@@ -99,12 +96,12 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     }
 
     fn residual_of(&self, motion: &Motion, arrivals: Arrivals) -> Residual {
-        let (d, count) = (self.chain.size(), knots(self.chain, self.ends));
+        let (d, count) = (self.chain.size(), self.knots.count());
         let mut jumps = vec![0.0; d * count];
         let mut size = arrivals.miss;
         for (knot, jump) in jumps.chunks_exact_mut(d).enumerate() {
             self.jump_into(knot, motion, &arrivals, jump);
-            let jump = self.shortest(knot).powi(2) * square(jump).sqrt();
+            let jump = self.knots.shortest(knot).powi(2) * square(jump).sqrt();
             // NaN is propagated.
             size = if jump <= size { size } else { jump };
         }
@@ -122,24 +119,13 @@ impl<'c, C: Chain> Interpolation<'c, C> {
             square(found.arrivals.vector(leg, 0)) + square(found.arrivals.vector(leg, 1))
         });
         let jumps = found.jumps.chunks_exact(d).enumerate();
-        let jumps = jumps.map(|(knot, jump)| self.shortest(knot).powi(4) * square(jump));
+        let jumps = jumps.map(|(knot, jump)| self.knots.shortest(knot).powi(4) * square(jump));
         (legs.sum::<f64>() + jumps.sum::<f64>()).sqrt()
     }
 
-    /// Length of the shorter leg at a knot.
-    fn shortest(&self, knot: usize) -> f64 {
-        let legs = self.legs_at(knot).into_iter().flatten();
-        legs.fold(f64::INFINITY, |h, leg| h.min(self.chain.lengths()[leg]))
-    }
-
-    /// The leg before a knot and the leg after it.
-    pub(super) fn legs_at(&self, knot: usize) -> [Option<usize>; 2] {
-        legs_at(self.chain, self.ends, knot)
-    }
-
     fn jump_into(&self, knot: usize, motion: &Motion, arrivals: &Arrivals, jump: &mut [f64]) {
-        let (d, [before, after]) = (self.chain.size(), self.legs_at(knot));
-        if let Some((end, sign)) = end_at(self.ends, [before, after]) {
+        let (d, [before, after]) = (self.chain.size(), self.knots.legs_at(knot));
+        if let Some((end, sign)) = self.knots.end_at(knot) {
             let Some(wanted) = end.acceleration() else {
                 // The velocity is given and does not change.
                 return;
@@ -170,8 +156,8 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         let mut worker = self.chain.worker();
         let mut right: Vec<f64> = found.jumps.iter().map(|jump| -jump).collect();
         for (knot, right) in right.chunks_exact_mut(d).enumerate() {
-            let [before, after] = self.legs_at(knot);
-            if is_fixed(self.ends, [before, after]) {
+            let [before, after] = self.knots.legs_at(knot);
+            if self.knots.is_fixed(knot) {
                 continue;
             }
             if let Some(leg) = before {
@@ -197,7 +183,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
             worker: &mut worker,
         };
         self.system.solve(&mut carried, &mut right)?;
-        if matches!(self.ends, Ends::Periodic) {
+        if matches!(self.knots.ends, Ends::Periodic) {
             right.extend_from_within(..d);
         }
         let mut step = Motion::zeros(d, lengths.len() + 1);
@@ -222,56 +208,6 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         }
         Ok(step.entries)
     }
-}
-
-/// Number of knots with a separate velocity: the last knot of a closed curve is the first one.
-pub(super) fn knots<C: Chain>(chain: &C, ends: &Ends) -> usize {
-    chain.lengths().len() + usize::from(!matches!(ends, Ends::Periodic))
-}
-
-pub(super) fn legs_at<C: Chain>(chain: &C, ends: &Ends, knot: usize) -> [Option<usize>; 2] {
-    let legs = chain.lengths().len();
-    let before = match (knot, ends) {
-        (0, Ends::Periodic) => Some(legs - 1),
-        (0, _) => None,
-        _ => Some(knot - 1),
-    };
-    [before, (knot < legs).then_some(knot)]
-}
-
-/// The condition at a knot that is an end, and the sign of its acceleration in a jump.
-fn end_at(ends: &Ends, legs: [Option<usize>; 2]) -> Option<(&super::ends::End, f64)> {
-    let Ends::Open(ends) = ends else {
-        return None;
-    };
-    match legs {
-        [None, _] => Some((&ends[0], 1.0)),
-        [_, None] => Some((&ends[1], -1.0)),
-        _ => None,
-    }
-}
-
-/// Whether the velocity at the knot is given.
-pub(super) fn is_fixed(ends: &Ends, legs: [Option<usize>; 2]) -> bool {
-    end_at(ends, legs).is_some_and(|(end, _)| end.acceleration().is_none())
-}
-
-fn row<C: Chain>(chain: &C, ends: &Ends, knot: usize) -> Row<1> {
-    let [before, after] = legs_at(chain, ends, knot);
-    let mut row = Row::ZERO;
-    if is_fixed(ends, [before, after]) {
-        row.diagonal = [[1.0]];
-        return row;
-    }
-    if let Some(leg) = before {
-        row.below[0][0] = 2.0 / chain.lengths()[leg];
-        row.diagonal[0][0] += 4.0 / chain.lengths()[leg];
-    }
-    if let Some(leg) = after {
-        row.above[0][0] = 2.0 / chain.lengths()[leg];
-        row.diagonal[0][0] += 4.0 / chain.lengths()[leg];
-    }
-    row
 }
 
 fn add(to: &mut [f64], factor: f64, from: &[f64]) {

@@ -7,7 +7,7 @@ use faer::{Mat, MatRef, Scale};
 
 use super::chain::{Chain, for_each};
 use super::ends::Ends;
-use super::interpolation::{Interpolation, Residual, is_fixed, knots};
+use super::interpolation::{Interpolation, Residual};
 use super::motion::Motion;
 use crate::cubic::taylor::Accuracy;
 use crate::error::Result;
@@ -59,7 +59,7 @@ impl<C: Chain> Interpolation<'_, C> {
             return Ok(None);
         };
         let rows = self.rows(&legs);
-        let velocities = match self.ends {
+        let velocities = match self.knots.ends {
             Ends::Periodic => rows.factored_cyclic(),
             Ends::Open(_) => rows.factored(),
         };
@@ -68,12 +68,12 @@ impl<C: Chain> Interpolation<'_, C> {
 
     /// The system for the changes of the velocities.
     fn rows(&self, legs: &[LinearLeg]) -> BlockTridiagonal {
-        let (d, count) = (self.chain.size(), knots(self.chain, self.ends));
+        let (d, count) = (self.chain.size(), self.knots.count());
         let mut rows = BlockTridiagonal::zeros(count, d);
         for knot in 0..count {
-            let [before, after] = self.legs_at(knot);
+            let [before, after] = self.knots.legs_at(knot);
             let block = knot * d * d..(knot + 1) * d * d;
-            if is_fixed(self.ends, [before, after]) {
+            if self.knots.is_fixed(knot) {
                 for p in 0..d {
                     rows.diagonal[block.start + p * d + p] = 1.0;
                 }
@@ -113,8 +113,8 @@ impl<C: Chain> Interpolation<'_, C> {
         }
         let mut right: Vec<f64> = found.jumps.iter().map(|jump| -jump).collect();
         for (knot, right) in right.chunks_exact_mut(d).enumerate() {
-            let [before, after] = self.legs_at(knot);
-            if is_fixed(self.ends, [before, after]) {
+            let [before, after] = self.knots.legs_at(knot);
+            if self.knots.is_fixed(knot) {
                 continue;
             }
             if let Some(leg) = before {
@@ -129,7 +129,7 @@ impl<C: Chain> Interpolation<'_, C> {
             }
         }
         linear.velocities.solve(&mut right);
-        if matches!(self.ends, Ends::Periodic) {
+        if matches!(self.knots.ends, Ends::Periodic) {
             right.extend_from_within(..d);
         }
         for (i, leg) in linear.legs.iter().enumerate() {

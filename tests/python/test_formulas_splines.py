@@ -56,7 +56,8 @@ def test_fourth_derivative_in_the_embedding(M, tau, rng):
     curve = RiemannianCubic.from_initial(S, V, A, J, tension=tau, manifold=M)
     *lower, found = derivatives(curve, 0.4)
     formula = fourth_derivative if isinstance(M, Stiefel) else fourth_derivative_of_subspaces
-    assert np.allclose(formula(*lower, tau), found, atol=1e-7)
+    # Differentiating the polynomial four times leaves errors of 1e-9.
+    assert np.allclose(formula(*lower, tau), found, rtol=0, atol=1e-8)
 
 
 def on_circle(angle):
