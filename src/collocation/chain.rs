@@ -22,25 +22,27 @@ use crate::solve::anderson::Anderson;
 use crate::solve::tridiagonal::{Tridiagonal, Unturned};
 use crate::space::Quotient;
 
-/// Number of past steps used by Anderson mixing.
+/// Number of past steps used by Anderson mixing. With 5, the splines below take as many steps, and one through 50 points on
+/// St(12,11) takes 20 for 19.
 const DEPTH: usize = 8;
 
 /// Sweeps along the legs for each change of the velocities. For splines through 100 points, 0.5 and 1.2 apart on St(20,5)
 /// and St(1000,5), one takes 1.4 to 1.6 times as long, three 1.1 to 1.3 times.
 const SWEEPS: usize = 2;
 
-/// Number of consecutive steps that may leave more than half of the smallest residual so far.
+/// Number of consecutive steps that may leave more than half of the smallest residual so far. A guess.
 const PATIENCE: usize = 12;
 
-/// Number of nodes for legs without rotation, and additional ones per radian: at first, and afterwards.
+/// Number of nodes for legs without rotation, and additional ones per radian: at first, and afterwards. Counts are
+/// rounded up to multiples of eight, and too few are found by the last coefficients.
 const COARSE: [f64; 2] = [3.0, 1.5];
 const FINE: [f64; 2] = [9.0, 2.5];
 
 /// Number of nodes added if the truncation error of the polynomials is too large.
 const MORE: usize = 8;
 
-/// Largest size of the last Legendre coefficients of the fourth derivative: second derivatives at the ends, which are
-/// integrals over the leg, are far more accurate.
+/// Largest size of the last Legendre coefficients of the fourth derivative. Lower derivatives are integrals and far more
+/// accurate: beside integrated cubics, accelerations are off by up to 1e-13 and jerks by 1e-12.
 const TAIL: f64 = 1e-8;
 
 /// Largest number of nodes.
