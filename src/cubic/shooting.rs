@@ -7,7 +7,8 @@
 //! the derivative. At the end of a descent the chain itself provides the response of the start to a motion of the end,
 //! so Broyden's method needs no Jacobian there, which would take up to half of the time on St(10,3). Without both,
 //! with steps by the minimal residual method alone, hard problems (distance up to 3, speeds up to 6) take on average
-//! 1.3 times as long on St(4,2) and 1.6 times on St(10,3); the longest on St(12,4) takes 3.4 s instead of 0.8 s.
+//! 1.3 times as long on St(4,2) and 1.6 times on St(10,3); the longest of
+//! 100 on St(12,4) takes 3.4 s instead of 0.8 s.
 
 use faer::Mat;
 
