@@ -172,10 +172,13 @@ fn splines_are_those_of_the_embedded_matrices() {
 fn splines_of_many_unknowns_are_those_of_the_embedded_matrices() {
     for (quotient, shape) in [
         (Quotient::Frames, (40, 3)),
+        (Quotient::Frames, (9, 2)),
+        (Quotient::Frames, (12, 2)),
         (Quotient::Frames, (14, 4)),
         (Quotient::Frames, (6, 6)),
         (Quotient::Frames, (7, 6)),
         (Quotient::Subspaces, (9, 4)),
+        (Quotient::Subspaces, (11, 2)),
         (Quotient::Subspaces, (40, 3)),
     ] {
         let (t, points) = walk(quotient, shape, 8, 0.6);

@@ -67,7 +67,8 @@ pub(crate) struct Chain<'a> {
     pub(crate) knots: &'a Knots<'a>,
 }
 
-/// A motion near a solution, for legs whose coordinates are those of the points.
+/// A motion near a solution. Legs whose coordinates are not those of the points take only its velocities, and begin with
+/// cubic polynomials.
 pub(crate) struct Near<'a> {
     /// Velocities at the knots, per unit of time.
     pub(crate) velocities: Vec<f64>,
@@ -200,7 +201,9 @@ impl<'c> Iteration<'c> {
         }
         for (i, Link { leg, .. }) in self.links.iter_mut().enumerate() {
             let (values, end) = (near.leg)(i, &leg.nodes.nodes.nodes.s)?;
-            leg.set_fourth_derivative(&values);
+            if self.chain.is_direct() {
+                leg.set_fourth_derivative(&values);
+            }
             if self.chain.quotient == Quotient::Subspaces {
                 leg.set_turn(alignment(end.as_ref(), self.chain.points[i + 1].as_ref())?.as_ref());
             }

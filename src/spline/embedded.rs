@@ -150,14 +150,15 @@ pub(super) trait InEmbedding: Chain {
             if !solved.is_polynomial(leg) {
                 return None;
             }
-            let (basis, to_basis, frame) = match (solved.basis(leg), &frames) {
+            let (basis, to_basis, frame, blocks) = match (solved.basis(leg), &frames) {
                 (Some([basis, map]), _) => {
-                    let frame = Mat::identity(basis.ncols(), basis.ncols());
-                    (Some(basis), map, frame)
+                    let r = basis.ncols();
+                    let spanned = Sized::new(r - columns, columns, blocks.quotient);
+                    (Some(basis), map, Mat::identity(r, r), spanned)
                 }
                 (None, frames) => {
                     let frame = frames.as_ref()?[leg].clone();
-                    (None, frame.transpose().to_owned(), frame)
+                    (None, frame.transpose().to_owned(), frame, blocks)
                 }
             };
             let (solved, tension) = (Arc::clone(&solved), tension * lengths[leg].powi(2));

@@ -24,7 +24,7 @@ use crate::interrupt::Interrupt;
 use crate::legs::{Curves, Knots, Options};
 use crate::linalg::lanes::Lanes;
 use crate::shooting;
-use crate::space::{Homogeneous, in_space};
+use crate::space::{Homogeneous, ScalarField, in_space};
 
 /// Largest rotation of a leg, in radians, for which series are used, if velocities at the ends are
 /// given and if they are not; for faster starts the legs are integrated from the beginning. With 6 for given end
@@ -34,10 +34,20 @@ use crate::space::{Homogeneous, in_space};
 const FAST: f64 = 3.0;
 const FAST_WITH_FREE_ENDS: f64 = 12.0;
 
-/// Number of dimensions from which legs in the embedding replace series. In fewer it depends on `k`: relative to series,
-/// they take 2.2, 0.76, 0.48 and 0.31 times as long for 100 points on St(6,3), St(8,3), St(10,3) and St(11,3), in 12, 18, 24
-/// and 27 dimensions, 0.4 times on St(12,2), but 7 times on St(7,6), in 21.
-const MANY: usize = 30;
+/// Legs in the embedding come before series where `d^3` is more than this multiple of `r k^2`, the ratio of the work of
+/// both, for `d` coordinates and points of shape `(r, k)`; complex points count as real ones of twice the size. Relative
+/// to series, splines through 60 points 0.3 apart, with five points on each leg, take 12 times as long on St(3,2), with a
+/// ratio of 2, 1.7 times on St(7,6) (37), 1.2 on St(8,2) (69), 1.1 on St(8,3) (81), 0.8 on St(9,3) (114), 0.5 on
+/// St(12,1) and St(12,2) (111 and 193), 0.8 on Gr(10,2) (102).
+const EMBEDDED: f64 = 100.0;
+
+/// The same for complex points, for which series take longer: 2.3 times as long on St(3,2) (5), 1.0 on St(5,2) (26), 0.7
+/// on St(6,2) (42), 0.4 on St(8,2) (86).
+const EMBEDDED_COMPLEX: f64 = 40.0;
+
+/// Largest number of dimensions in which series are tried where legs in the embedding fail: that of rotations in twelve
+/// dimensions. With integrated legs in their place, five splines through 20 points 2.8 apart on St(10,9) are not solved.
+const MANY: usize = 66;
 
 /// If tension lets velocities grow along a leg by more than `e` to this power, series are used in any dimension: a
 /// sweep takes the tension from the previous curve, which converges as `tau h^2 / 40` if the velocities at the ends are
@@ -49,7 +59,7 @@ const START_ACCURACY: f64 = 1e-6;
 
 impl Solvable for Framed<'_> {
     fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
-        if !self.takes_series()
+        if !self.prefers_series()
             && let Some(found) = self.by_embedding(ends, &start, effort)?
         {
             return Ok(found);
@@ -60,7 +70,8 @@ impl Solvable for Framed<'_> {
             Start::Flat => problem.start()?,
             Start::Near(motion) => motion,
         };
-        if self.takes_series() && self.start_speed(ends, &motion) <= fastest(ends) {
+        let takes_series = self.prefers_series() || self.size() <= MANY;
+        if takes_series && self.start_speed(ends, &motion) <= fastest(ends) {
             let found = self.by_series(ends, &motion, is_flat, effort)?;
             if found.report.converged || effort.work.is_done() {
                 return Ok(found);
@@ -83,10 +94,16 @@ fn fastest(ends: &Ends) -> f64 {
 }
 
 impl Framed<'_> {
-    /// Whether series are used.
-    fn takes_series(&self) -> bool {
+    /// Whether series are quicker than legs in the embedding, or the tension is large.
+    fn prefers_series(&self) -> bool {
         let longest = self.lengths().iter().fold(0.0_f64, |most, h| most.max(*h));
-        self.size() < MANY || longest * self.tension().sqrt() > STIFF
+        let [d, r, k] =
+            [self.size(), self.frames()[0].nrows(), self.columns()].map(|size| size as f64);
+        let embedded = match self.blocks().kind().field {
+            ScalarField::Real => EMBEDDED,
+            ScalarField::Complex => EMBEDDED_COMPLEX,
+        };
+        d.powi(3) <= embedded * r * k * k || longest * self.tension().sqrt() > STIFF
     }
 
     /// Solves with legs in the embedding, from either start.

@@ -9,8 +9,11 @@ use crate::common::{Rng, assert_within, distance, random_rotation, random_tangen
 use crate::knots::walk;
 use crate::smoothness::{MET, SMOOTH, acceleration, jump, spline, velocity};
 
-/// At least 30 dimensions, with `k = n` and `k = n - 1`; and frames with more than `4k` rows.
-const SHAPES: [(usize, usize); 8] = [
+/// Many dimensions, with `k = n` and `k = n - 1`; and frames with more than `4k` rows.
+const SHAPES: [(usize, usize); 11] = [
+    (12, 1),
+    (10, 2),
+    (12, 2),
     (9, 9),
     (10, 9),
     (12, 4),
@@ -94,20 +97,35 @@ fn pieces_are_cubics_that_join_for_all_ends() {
 
 #[test]
 fn rows_of_zeros_do_not_change_a_spline() {
-    // St(10, 3) has 24 dimensions, so its splines are solved by series.
-    let (t, points) = walk((10, 3), 9, 0.9, 4);
-    let rotation = random_rotation(40, &mut Rng::new(3));
-    let tall: Vec<Mat<f64>> = points
-        .iter()
-        .map(|point| rotation.as_ref().subcols(0, 10) * point)
-        .collect();
-    let (curve, _) = spline(&t, &points, &EndConditions::Natural);
-    let (other, _) = spline(&t, &tall, &EndConditions::Natural);
-    for i in 0..=30 {
-        let t = t[0] + (t[8] - t[0]) * f64::from(i) / 30.0;
-        let expected = rotation.as_ref().subcols(0, 10) * curve.point(t).unwrap();
-        let error = distance(&other.point(t).unwrap(), &expected);
-        assert_within(error, MET, &format!("at {t}"));
+    // St(8, 3) is solved by series, the others in the embedding: St(10, 3) in coordinates of the points, St(12, 1) and
+    // St(12, 2) in those of the ends of legs.
+    for (n, k) in [(8, 3), (10, 3), (12, 1), (12, 2)] {
+        let (t, points) = walk((n, k), 9, 0.9, 4);
+        let rotation = random_rotation(40, &mut Rng::new(3));
+        let up = |point: &Mat<f64>| rotation.as_ref().subcols(0, n) * point;
+        let tall: Vec<Mat<f64>> = points.iter().map(up).collect();
+        let (curve, _) = spline(&t, &points, &EndConditions::Natural);
+        let (other, _) = spline(&t, &tall, &EndConditions::Natural);
+        for i in 0..=30 {
+            let t = t[0] + (t[8] - t[0]) * f64::from(i) / 30.0;
+            let error = distance(&other.point(t).unwrap(), &up(&curve.point(t).unwrap()));
+            assert_within(error, MET, &format!("({n}, {k}) at {t}"));
+        }
+    }
+}
+
+/// Descents leave starts near a solution, which legs in coordinates of their ends take by their velocities alone.
+#[test]
+fn splines_through_distant_points_join() {
+    for shape in [(12, 1), (10, 2), (12, 2), (10, 9)] {
+        let (t, points) = walk(shape, 8, 2.4, 8);
+        let (curve, report) = spline(&t, &points, &EndConditions::Natural);
+        let name = format!("{shape:?}: {report}");
+        for (t, point) in t.iter().zip(&points) {
+            assert_within(distance(&curve.point(*t).unwrap(), point), MET, &name);
+        }
+        assert_within(jump(&curve, acceleration), SMOOTH, &name);
+        assert_within(far_from_cubics(&curve), MET, &name);
     }
 }
 
