@@ -1,26 +1,24 @@
-//! Broyden's method: a Jacobian corrected by the steps taken so far.
-//!
-//! # Source
-//! Kelley (1995), "Iterative Methods for Linear and Nonlinear Equations", chapter 7 (the storage of Broyden's updates).
+//! Broyden's method for the equations of shooting, from one of three initial Jacobians.
 
 use faer::Mat;
 
 use super::end_equations::flat_inverse;
 use crate::linalg::decomp::solve_square;
 use crate::shooting::StartResponse;
+use crate::solve::broyden::Updates;
 
-/// The steps of Broyden's method and its initial Jacobian.
-#[derive(Default)]
-pub(super) struct Updates<'a> {
+/// Maximal number of stored updates.
+const MAX_UPDATES: usize = 30;
+
+/// An initial Jacobian and the steps since.
+pub(super) struct Broyden<'a> {
     pub(super) start: Start<'a>,
-    pub(super) steps: Vec<Vec<f64>>,
+    updates: Updates<f64>,
 }
 
 /// The source of the initial inverse Jacobian.
-#[derive(Default)]
 pub(super) enum Start<'a> {
     /// The inverse in flat space.
-    #[default]
     Flat,
     /// The derivative of the equations.
     Jacobian(Mat<f64>),
@@ -28,44 +26,26 @@ pub(super) enum Start<'a> {
     Response(&'a StartResponse),
 }
 
-impl<'a> Updates<'a> {
-    pub(super) fn of_response(response: Option<&'a StartResponse>) -> Self {
-        Updates {
-            start: response.map_or(Start::Flat, Start::Response),
-            steps: Vec::new(),
+impl<'a> Broyden<'a> {
+    pub(super) fn new(start: Start<'a>) -> Self {
+        Broyden {
+            start,
+            updates: Updates::new(MAX_UPDATES),
         }
     }
 
-    pub(super) fn has_response(&self) -> bool {
-        matches!(self.start, Start::Response(_))
-    }
-
-    pub(super) fn clear(&mut self) {
-        *self = Updates::default();
-    }
-
-    /// The next step: the initial inverse, corrected by all steps so far; `None` if the corrected one is singular.
-    pub(super) fn step(&self, equations: &[f64]) -> Option<Vec<f64>> {
+    /// The next step; `None` if a Jacobian is singular.
+    pub(super) fn step(&mut self, equations: &[f64]) -> Option<Vec<f64>> {
         let mut step = match &self.start {
             Start::Flat => flat_inverse(equations),
             Start::Jacobian(jacobian) => solve_square(jacobian.as_ref(), equations)?,
-            // The response maps a motion of the end; the equations have the opposite sign.
-            Start::Response(response) => {
-                response.change(&equations.iter().map(|f| -f).collect::<Vec<_>>())
-            }
+            // The response is to a motion of the end; the equations have the opposite sign.
+            Start::Response(response) => response.change(equations),
         };
-        step.iter_mut().for_each(|s| *s = -*s);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        for pair in self.steps.windows(2) {
-            let factor = dot(&pair[0], &step) / dot(&pair[0], &pair[0]);
-            for (s, next) in step.iter_mut().zip(&pair[1]) {
-                *s += factor * next;
-            }
+        if !matches!(self.start, Start::Response(_)) {
+            step.iter_mut().for_each(|s| *s = -*s);
         }
-        if let Some(last) = self.steps.last() {
-            let factor = 1.0 - dot(last, &step) / dot(last, last);
-            step.iter_mut().for_each(|s| *s /= factor);
-        }
+        self.updates.correct(&mut step);
         step.iter().all(|s| s.is_finite()).then_some(step)
     }
 }

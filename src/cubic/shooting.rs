@@ -12,7 +12,7 @@
 
 use faer::Mat;
 
-use super::broyden::{Start, Updates};
+use super::broyden::{Broyden, Start};
 use super::end_equations::{Residual, Target, evaluate, flat_inverse};
 use super::reduced::Blocks;
 use super::taylor::{Accuracy, March};
@@ -41,9 +41,6 @@ const USELESS: f64 = 0.9;
 
 /// A step that leaves more than this fraction of the residual justifies another Jacobian.
 const SLOW: f64 = 0.1;
-
-/// Maximal number of stored updates.
-const MAX_UPDATES: usize = 30;
 
 /// A step is accepted if it reduces the residual by this fraction of the reduction that the linear model predicts.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
@@ -129,7 +126,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         let mut found = self.residual(y, accuracy)?;
         // Accuracy of the current residual.
         let mut known = accuracy;
-        let mut updates = Updates::of_response(response);
+        let mut broyden = Broyden::new(response.map_or(Start::Flat, Start::Response));
         let (mut iterations, mut reached) = (0, tolerance);
         let reason = loop {
             if found.distance <= tolerance {
@@ -149,11 +146,11 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             iterations += 1;
             if y.len() > FEW {
                 accuracy = Accuracy::of_tolerance(LINEAR_SHARE * found.distance);
-                if let Some(nearer) = self.broyden_step(y, &found, accuracy, &mut updates)? {
+                if let Some(nearer) = self.broyden_step(y, &found, accuracy, &mut broyden)? {
                     (found, known) = (nearer, accuracy);
                     continue;
                 }
-                updates.clear();
+                broyden = Broyden::new(Start::Flat);
             }
             let Some(step) = self.newton_step(y, &found)? else {
                 break StopReason::SingularJacobian;
@@ -202,16 +199,13 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         y: &mut [f64],
         found: &Residual<f64>,
         accuracy: Accuracy,
-        updates: &mut Updates<'_>,
+        broyden: &mut Broyden<'_>,
     ) -> Result<Option<Residual<f64>>> {
-        if updates.steps.len() == MAX_UPDATES {
-            updates.clear();
-        }
-        if updates.steps.is_empty() && y.len() <= DENSE && !updates.has_response() {
+        if matches!(broyden.start, Start::Flat) && y.len() <= DENSE {
             let (jacobian, _) = self.jacobian(y, Accuracy::of_tolerance(ROUGH))?;
-            updates.start = Start::Jacobian(jacobian);
+            *broyden = Broyden::new(Start::Jacobian(jacobian));
         }
-        let Some(step) = updates.step(&found.equations) else {
+        let Some(step) = broyden.step(&found.equations) else {
             return Ok(None);
         };
         let trial: Vec<f64> = y.iter().zip(&step).map(|(y, s)| y + s).collect();
@@ -224,11 +218,10 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             return Ok(None);
         }
         y.copy_from_slice(&trial);
-        updates.steps.push(step);
         // The response costs nothing more, so its steps continue as long as they help.
-        let is_slow = nearer.distance > SLOW * found.distance && !updates.has_response();
-        if y.len() <= DENSE && is_slow {
-            updates.clear();
+        let has_response = matches!(broyden.start, Start::Response(_));
+        if y.len() <= DENSE && nearer.distance > SLOW * found.distance && !has_response {
+            *broyden = Broyden::new(Start::Flat);
         }
         Ok(Some(nearer))
     }

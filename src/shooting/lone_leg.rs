@@ -87,7 +87,7 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
             variation: Variation::new(space, 1, TERMS),
             matrix: vec![T::ZERO; wide * wide],
             right: vec![T::ZERO; wide],
-            updates: Updates::new(wide, MOST_UPDATES),
+            updates: Updates::new(MOST_UPDATES),
         }
     }
 

@@ -11,20 +11,23 @@ const LARGEST: f64 = 0.5;
 
 /// Steps since the linear equations were set up, for one problem or eight at once.
 pub(crate) struct Updates<T> {
+    /// The first `count` of them, followed by unused ones.
     steps: Vec<Vec<T>>,
     count: usize,
+    most: usize,
 }
 
 impl<T: Field> Updates<T> {
-    /// Allocates space for `most` steps of the given size.
-    pub(crate) fn new(size: usize, most: usize) -> Self {
+    /// Stores at most the given number of steps.
+    pub(crate) fn new(most: usize) -> Self {
         Updates {
-            steps: vec![vec![T::ZERO; size]; most],
+            steps: Vec::new(),
             count: 0,
+            most,
         }
     }
 
-    /// Forgets the steps, because the linear equations are new or the space is used up.
+    /// Forgets the steps, because the linear equations are new or there are too many steps.
     pub(crate) fn clear(&mut self) {
         self.count = 0;
     }
@@ -32,7 +35,7 @@ impl<T: Field> Updates<T> {
     /// Converts a step of the fixed linear equations to the step of Broyden's method, and stores it.
     #[inline(always)]
     pub(crate) fn correct(&mut self, step: &mut [T]) {
-        if self.count == self.steps.len() {
+        if self.count == self.most {
             self.clear();
         }
         for i in 0..self.count.saturating_sub(1) {
@@ -47,7 +50,10 @@ impl<T: Field> Updates<T> {
                 *step = *step / rest;
             }
         }
-        self.steps[self.count].copy_from_slice(step);
+        match self.steps.get_mut(self.count) {
+            Some(stored) => stored.copy_from_slice(step),
+            None => self.steps.push(step.to_vec()),
+        }
         self.count += 1;
     }
 }
@@ -82,7 +88,7 @@ mod tests {
     /// Number of evaluations of the equations until round-off, with the linear equations of the start.
     fn evaluations(is_corrected: bool) -> usize {
         let (b, mut x) = ([0.9, -0.7, 0.5], [0.0; 3]);
-        let mut updates = Updates::new(3, 8);
+        let mut updates = Updates::new(8);
         for count in 1..100 {
             let left = equations(&x, &b);
             if left.iter().all(|f| f.abs() < 1e-14) {
@@ -111,7 +117,7 @@ mod tests {
     #[test]
     fn a_lane_that_stands_still_stays_finite() {
         use crate::linalg::lanes::Lanes;
-        let mut updates = Updates::<Lanes>::new(2, 4);
+        let mut updates = Updates::<Lanes>::new(4);
         for size in [1.0, 1e-3, 1e-9] {
             let mut step = [Lanes::splat(size); 2];
             for entry in &mut step {
