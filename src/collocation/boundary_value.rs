@@ -1,6 +1,6 @@
 //! Boundary value problems of single cubics by Newton's method at Gauss nodes.
 //!
-//! The linear equations are those of flat space plus a smoothing operator, so the minimal residual method, preconditioned
+//! The linear equations are those of flat space plus a smoothing operator, so GMRES, preconditioned
 //! by flat space, solves them in a few products. The first steps use few nodes; the number that the curve needs is chosen
 //! where they have led, and raised until the last Legendre coefficients of the frames are negligible.
 //!

@@ -67,8 +67,8 @@ pub(crate) struct Chain<'a> {
     pub(crate) knots: &'a Knots<'a>,
 }
 
-/// A motion near a solution. Legs whose coordinates are not those of the points take only its velocities, and begin with
-/// cubic polynomials.
+/// A motion near a solution. Legs whose coordinates are not those of the points begin with cubic polynomials that have its
+/// velocities, for subspaces between its bases.
 pub(crate) struct Near<'a> {
     /// Velocities at the knots, per unit of time.
     pub(crate) velocities: Vec<f64>,
@@ -200,8 +200,12 @@ impl<'c> Iteration<'c> {
             return Ok(false);
         }
         for (i, Link { leg, .. }) in self.links.iter_mut().enumerate() {
+            let is_direct = self.chain.is_direct();
+            if !is_direct && self.chain.quotient == Quotient::Frames {
+                continue;
+            }
             let (values, end) = (near.leg)(i, &leg.nodes.nodes.nodes.s)?;
-            if self.chain.is_direct() {
+            if is_direct {
                 leg.set_fourth_derivative(&values);
             }
             if self.chain.quotient == Quotient::Subspaces {

@@ -12,6 +12,7 @@ use crate::legs::{Dense, Polynomials};
 use crate::linalg::field::accumulate;
 use crate::linalg::lanes::LANES;
 use crate::linalg::simd::vectorised;
+use crate::linalg::structure::row_by_row;
 use crate::space::Homogeneous;
 
 /// Largest number of Picard iterations for the rest of the frame; they stop where it no longer changes.
@@ -155,11 +156,13 @@ impl<'l> Curve<'l> {
         for node in 0..count {
             let lanes = &leg.f[node / LANES * size..][..size];
             let entries: Vec<f64> = lanes.iter().map(|x| x.0[node % LANES]).collect();
-            f.extend(row_by_row(&self.mapped(&entries)));
+            f.extend(row_by_row(self.mapped(&entries).as_ref()));
         }
         let mut out = expansion.fourth_integrals(&f, r * k);
         // The cubic part about the middle.
-        let [s, v, second, third] = self.at_end(0).map(|x| row_by_row(&x));
+        let [s, v, second, third] = self
+            .at_end(0)
+            .map(|x| row_by_row(x.as_ref()).collect::<Vec<f64>>());
         for p in 0..r * k {
             let [s, v, second, third] = [s[p], v[p], second[p] / 2.0, third[p] / 6.0];
             out[p] += s + 0.5 * (v + 0.5 * (second + 0.5 * third));
@@ -250,10 +253,4 @@ fn coordinates(
 
 fn matrix_of(entries: &[f64], rows: usize, columns: usize) -> Mat<f64> {
     MatRef::from_row_major_slice(&entries[..rows * columns], rows, columns).to_owned()
-}
-
-fn row_by_row(a: &Mat<f64>) -> Vec<f64> {
-    let rows = a.row_iter();
-    rows.flat_map(|row| row.iter().copied().collect::<Vec<_>>())
-        .collect()
 }

@@ -1,5 +1,5 @@
 //! The operator `1 - G R` of the [linearised boundary value problem](super::linear_boundary) and its transpose, and their
-//! equations by the minimal residual method.
+//! equations by GMRES.
 //!
 //! In the units `1, 2, 6, 12` for `p, w, a, b` (and their reciprocals for the transpose) the parts of a solution are about
 //! equally large, so that a small residual means a small error of each. The method is repeated for the residual that it has
@@ -47,7 +47,7 @@ impl Limits {
     };
 }
 
-/// Reduction of the residual by one pass of the minimal residual method. Directions lose their meaning where the residual
+/// Reduction of the residual by one pass of GMRES. Directions lose their meaning where the residual
 /// is round-off: a single pass to 1e-15 takes up to forty products instead of about twelve.
 const PASS: f64 = 1e-8;
 

@@ -3,7 +3,7 @@
 //!
 //! Chains of legs between knots ([`Chain`]) are solved in the embedding: the unknowns are the fourth derivatives of the
 //! matrices `S` at the nodes of every leg and the velocities at the knots, and nothing is differentiated. The polynomials
-//! are the curve: nothing is integrated afterwards.
+//! are the curve, except on legs with more than 32 nodes, which are integrated.
 //!
 //! Single cubics between given ends are solved in frames by Newton's method ([`solve_between_ends`]), and so are the
 //! linearised equations along them ([`LinearBoundary`]); `x'''` at the nodes, `x'` and `x''` at the start are the unknowns:

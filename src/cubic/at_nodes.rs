@@ -1,4 +1,4 @@
-//! Boundary value problems solved at Gauss nodes.
+//! Passes boundary value problems to the solver at Gauss nodes, and its result to the Taylor method.
 
 use std::cell::Cell;
 

@@ -1,6 +1,6 @@
 //! Products and sums of the blocks of Taylor coefficients of one order.
 
-use super::reduced::block;
+use super::blocks::block;
 use crate::linalg::dual::Number;
 
 #[inline(always)]

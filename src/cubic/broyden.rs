@@ -34,7 +34,7 @@ impl<'a> Broyden<'a> {
         }
     }
 
-    /// The next step; `None` if a Jacobian is singular.
+    /// The next step; `None` if a Jacobian is singular, or the step is not finite.
     pub(super) fn step(&mut self, equations: &[f64]) -> Option<Vec<f64>> {
         let mut step = match &self.start {
             Start::Flat => flat_inverse(equations),

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use faer::{Mat, MatRef};
 
+use super::blocks::Sized;
 use super::initial::Horizontal;
 use super::linear_flow::{LinearFlow, side_by_side};
 use super::packing::{pack, pack_blocks, pack_gradient, unpack};
 use super::path::Path;
-use super::reduced::Sized;
 use super::state::State;
 use super::taylor::Accuracy;
 use crate::collocation::{LinearBoundary, are_resolved, linear_nodes, more_nodes};

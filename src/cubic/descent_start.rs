@@ -2,16 +2,17 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use super::blocks::Sized;
 use super::guess::{FlatData, carry, turned};
 use super::initial::{Horizontal, complete_relative};
 use super::packing::pack;
 use super::problem::Problem;
-use super::reduced::Sized;
 use super::relative_ends::RelativeEnds;
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::linalg::complex_embedding::{embed, nearest};
 use crate::linalg::decomp::spectral_norm;
+use crate::linalg::structure::row_by_row;
 use crate::linalg::{orthogonal_log, skew_exp, unitary_log};
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
@@ -178,17 +179,11 @@ impl DescentStart {
         let (mut frames, mut velocities) = (Vec::new(), Vec::new());
         for knot in 0..self.knots.len() {
             let (frame, velocity) = self.at(knot);
-            frames.extend(row_by_row(&frame));
+            frames.extend(row_by_row(frame.as_ref()));
             velocities.extend(velocity);
         }
         (frames, velocities)
     }
-}
-
-/// Entries of a frame, in row-major order.
-pub(crate) fn row_by_row(frame: &Mat<f64>) -> impl Iterator<Item = f64> {
-    let r = frame.ncols();
-    (0..frame.nrows() * r).map(move |at| frame[(at / r, at % r)])
 }
 
 /// The identity, the frame at the start, carried along a quasi-geodesic to the end point.

@@ -8,7 +8,7 @@
 //!
 //! with the horizontal part `hor(Y) = (skew(Y_1), Y_2)`, where `Y_1` and `Y_2` are the upper and the lower block.
 
-use super::reduced::Blocks;
+use super::blocks::Blocks;
 use super::taylor::March;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;

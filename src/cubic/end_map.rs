@@ -3,8 +3,8 @@
 
 use faer::Mat;
 
+use super::blocks::Blocks;
 use super::end_equations::Target;
-use super::reduced::Blocks;
 use super::shooting::Shooting;
 use super::taylor::Accuracy;
 use crate::error::Result;

@@ -5,7 +5,7 @@
 //! `sum_i a_i b_{j-i}` are read forwards.
 
 use super::block_products::{add_product, add_tension, integrate, write_scaled};
-use super::reduced::{Blocks, Parts, block};
+use super::blocks::{Blocks, Parts, block};
 use crate::linalg::dual::Number;
 
 /// Largest number of entries of a sum.

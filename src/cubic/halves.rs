@@ -1,6 +1,6 @@
 //! Blocks of embedded complex matrices: the second half of the columns follows from the first half.
 
-use super::reduced::Blocks;
+use super::blocks::Blocks;
 use crate::linalg::dual::Number;
 
 /// Number of columns of blocks to compute; the others follow for complex blocks:

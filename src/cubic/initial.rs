@@ -3,7 +3,7 @@
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{ColMut, ColRef, Mat, MatMut, MatRef, Scale};
 
-use super::reduced::Sized;
+use super::blocks::Sized;
 use crate::curve::span::Span;
 use crate::error::Result;
 use crate::linalg::complex_embedding::{embed_into, nearest};

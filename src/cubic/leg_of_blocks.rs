@@ -1,8 +1,8 @@
 //! Legs of splines by the sizes of their blocks.
 
+use super::blocks::{Blocks as _, Fixed, Sized};
 use super::leg::Leg;
 use super::marches::Marches;
-use super::reduced::{Blocks as _, Fixed, Sized};
 use crate::interrupt::Interrupt;
 
 /// Legs on `St(m + k, k)`.

@@ -29,8 +29,8 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use super::blocks::{Blocks, Sized};
 use super::initial::{Horizontal, InitialData};
-use super::reduced::{Blocks, Sized};
 use super::taylor::{Accuracy, March};
 use super::turning::{bracket, turned};
 use super::variation::{Reached, start, vary};

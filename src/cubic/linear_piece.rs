@@ -6,15 +6,15 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use super::blocks::Sized;
 use super::end_stiffness::end_stiffness;
 use super::initial::Horizontal;
 use super::linear_flow::{LinearFlow, VARIATION, side_by_side};
 use super::linear_series::{LinearSeries, rows_outside};
 use super::packing::{pack, unpack};
-use super::reduced::Sized;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::structure::check_range;
+use crate::linalg::structure::{check_range, row_by_row};
 use crate::space::Quotient;
 
 /// Dimension up to which the series are kept, for variations of points. Above it they would take more memory than
@@ -264,14 +264,16 @@ impl LinearPiece {
                         off[(i % wide, j % wide)] * outer[(i / wide, j / wide)];
                 }
             }
-            entries(out.as_ref())
+            row_by_row(out.as_ref()).collect()
         })
     }
 
     /// The same for a row outside the span of both frames, shape `(k, k)` each; `None` if the span is all of `R^n`.
     pub(crate) fn by_velocity_rows(&self) -> Option<[[Vec<f64>; 2]; 2]> {
         let outer = self.outer.as_ref()?;
-        Some(by_ends(|row, column| entries(block(outer, row, column))))
+        Some(by_ends(|row, column| {
+            row_by_row(block(outer, row, column)).collect()
+        }))
     }
 }
 
@@ -290,10 +292,4 @@ fn by_ends<T>(part: impl Fn(usize, usize) -> T) -> [[T; 2]; 2] {
 fn block(matrix: &Mat<f64>, row: usize, column: usize) -> MatRef<'_, f64> {
     let d = matrix.nrows() / 4;
     matrix.submatrix((2 * row + 1) * d, (2 * column + 1) * d, d, d)
-}
-
-/// The entries in row-major order.
-fn entries(matrix: MatRef<'_, f64>) -> Vec<f64> {
-    let rows = matrix.row_iter();
-    rows.flat_map(|row| row.iter()).copied().collect()
 }

@@ -10,10 +10,10 @@ use std::sync::Arc;
 
 use faer::{Mat, MatRef};
 
+use super::blocks::Sized;
 use super::initial::Horizontal;
 use super::linear_flow::{LinearFlow, side_by_side};
 use super::packing::{pack, pack_gradient, unpack};
-use super::reduced::Sized;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::shooting::LinearCurve;

@@ -88,7 +88,7 @@ struct End {
 type Knots = (Vec<f64>, Vec<f64>);
 
 impl End {
-    /// Sort key, smaller is better: results at rest by cost, then the others by gradient.
+    /// Sort key, smaller is better: converged descents by cost, then the others by gradient.
     fn rank(&self) -> (bool, f64) {
         match self.is_at_rest {
             true => (false, self.cost),

@@ -4,10 +4,10 @@ use std::ops::Mul;
 
 use faer::{Mat, MatRef};
 
+use super::blocks::{Blocks, Series, Sized};
 use super::end_equations::{MAX_STEPS, allowed_steps};
 use super::initial::{Coordinates, Horizontal};
 use super::leg::Leg;
-use super::reduced::{Blocks, Series, Sized};
 use super::state::State;
 use super::taylor::{Accuracy, March};
 use super::work::work_of_step;

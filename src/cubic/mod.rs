@@ -21,6 +21,7 @@
 mod at_nodes;
 mod batch;
 mod block_products;
+pub(crate) mod blocks;
 mod boundary;
 mod broyden;
 mod clock;
@@ -64,7 +65,6 @@ mod polynomials;
 pub(crate) mod problem;
 pub(crate) mod random;
 mod recurrence;
-pub(crate) mod reduced;
 pub(crate) mod relative_ends;
 pub mod riemannian_cubic;
 mod rotation;

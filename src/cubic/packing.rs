@@ -2,8 +2,8 @@
 
 use faer::Mat;
 
+use super::blocks::Sized;
 use super::initial::Horizontal;
-use super::reduced::Sized;
 use crate::space::{Homogeneous, in_space};
 
 /// The coordinates of vectors of `m`, one vector after another: for real vectors the entries of `omega` above the

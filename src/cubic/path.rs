@@ -2,7 +2,7 @@
 
 use faer::{MatMut, MatRef};
 
-use super::reduced::{Blocks, Fixed, Sized, block};
+use super::blocks::{Blocks, Fixed, Sized, block};
 use super::state::State;
 use super::taylor::{Accuracy, March, too_many_steps};
 use crate::curve::gauss_legendre::{PANEL, POINTS};

@@ -3,6 +3,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use super::blocks::{Blocks, Fixed, Sized};
 use super::boundary::BoundaryOptions;
 use super::end_equations::Target;
 use super::end_map::EndMap;
@@ -10,7 +11,6 @@ use super::guess::FlatData;
 use super::initial::{Horizontal, complete_over};
 use super::packing::{entries, pack, unpack};
 use super::path::Path;
-use super::reduced::{Blocks, Fixed, Sized};
 use super::relative_ends::RelativeEnds;
 use super::shooting::Shooting;
 use super::state::State;

@@ -18,8 +18,8 @@
 //! -[[x, x']_h, x]` is the one of frames with `n^T - n` in place of `omega''`.
 
 use super::block_products::{add_product, add_tension, integrate, write_scaled};
+use super::blocks::{Blocks, Parts, Series, are_few, block};
 use super::halves::Halves;
-use super::reduced::{Blocks, Parts, Series, are_few, block};
 use super::{fused, rotation};
 use crate::linalg::dual::Number;
 

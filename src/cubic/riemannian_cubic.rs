@@ -5,6 +5,7 @@ use std::sync::Arc;
 use faer::reborrow::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
 
+use super::blocks::Sized;
 use super::boundary::BoundaryReport;
 use super::clock::Clock;
 use super::enclosure;
@@ -12,7 +13,6 @@ use super::initial::Coordinates;
 use super::integration_options::IntegrationOptions;
 use super::lazy_path::LazyPath;
 use super::path::Path;
-use super::reduced::Sized;
 use super::state::State;
 use super::taylor::Accuracy;
 use super::tension::check_tension;
@@ -36,7 +36,7 @@ use crate::space::Quotient;
 /// An integrated curve is stored as one Taylor polynomial per step, of order 20 (lower for a larger tolerance), in the
 /// `r <= min(n, 4k)` dimensions spanned by its initial data. A piece of a spline that was solved by series or
 /// collocation is one polynomial about the middle of its leg, whose order depends on how fast the leg turns, in the `r`
-/// dimensions spanned by the knots. With order `p`, evaluating a point costs `p r k` multiplications, and one product
+/// dimensions spanned by the knots, or by the data at the ends of the leg. With order `p`, evaluating a point costs `p r k` multiplications, and one product
 /// to lift it to `n` rows.
 ///
 /// Outside [`t_span`](Curve::t_span) the curve is extended by integration, once per call;

@@ -8,7 +8,7 @@
 //!
 //! and in three dimensions both are cross products: 24 multiplications per pair of coefficients instead of 48.
 
-use super::reduced::{Blocks, Parts, block};
+use super::blocks::{Blocks, Parts, block};
 use crate::linalg::dual::Number;
 
 /// Entries of `x` below the diagonal, and columns of the frame.

@@ -3,18 +3,18 @@
 //! The exact derivatives of the [equations](super::end_equations) come from the Taylor recurrence on [dual
 //! numbers](crate::linalg::dual). Problems with few unknowns use Newton's method. Larger ones use
 //! [Broyden's](super::broyden), which starts from one Jacobian of low order, or from the Jacobian of flat space if even
-//! one costs too much; if its steps fail, a Newton step is computed by the minimal residual method from products with
+//! one costs too much; if its steps fail, a Newton step is computed by GMRES from products with
 //! the derivative. At the end of a descent the chain itself provides the response of the start to a motion of the end,
 //! so Broyden's method needs no Jacobian there, which would take up to half of the time on St(10,3). Without both,
-//! with steps by the minimal residual method alone, hard problems (distance up to 3, speeds up to 6) take on average
+//! with steps by GMRES alone, hard problems (distance up to 3, speeds up to 6) take on average
 //! 1.3 times as long on St(4,2) and 1.6 times on St(10,3); the longest of
 //! 100 on St(12,4) takes 3.4 s instead of 0.8 s.
 
 use faer::Mat;
 
+use super::blocks::Blocks;
 use super::broyden::{Broyden, Start};
 use super::end_equations::{Residual, Target, evaluate, flat_inverse};
-use super::reduced::Blocks;
 use super::taylor::{Accuracy, March};
 use super::work::{TRIALS, Work, work_of_curve, work_of_step};
 use crate::error::{Error, Result};

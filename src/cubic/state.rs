@@ -2,8 +2,8 @@
 
 use faer::{Mat, MatMut, MatRef};
 
+use super::blocks::{Blocks, Series, Sized};
 use super::initial::{Horizontal, add_bracket};
-use super::reduced::{Blocks, Series, Sized};
 
 /// Frame and derivatives of a cubic at one time, blocks in column-major order.
 #[derive(Debug, Clone)]

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use faer::Mat;
 
+use super::blocks::{Blocks, Sized};
 use super::clock::Clock;
 use super::path::{Path, Piece};
-use super::reduced::{Blocks, Sized};
 use super::riemannian_cubic::RiemannianCubic;
 use super::state::State;
 use super::stored_check::check_path;

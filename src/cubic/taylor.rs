@@ -7,9 +7,9 @@
 
 use std::borrow::Cow;
 
+use super::blocks::{Blocks, Series, block};
 use super::embedding::Embedding;
 use super::recurrence::expand;
-use super::reduced::{Blocks, Series, block};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::Number;

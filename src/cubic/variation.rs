@@ -10,9 +10,9 @@
 
 use faer::Mat;
 
+use super::blocks::{Blocks, Sized};
 use super::initial::{Horizontal, InitialData};
 use super::packing::pack;
-use super::reduced::{Blocks, Sized};
 use super::taylor::{Accuracy, March};
 use crate::error::Result;
 use crate::interrupt::Interrupt;

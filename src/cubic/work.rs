@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::reduced::{Blocks, Sized};
+use super::blocks::{Blocks, Sized};
 
 /// Work limit of a problem, about a second.
 const MAX_WORK: f64 = 5.5e7;

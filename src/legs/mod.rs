@@ -1,4 +1,7 @@
 //! Chains of legs between knots: the data shared by all solvers of a chain of Riemannian cubics.
+//!
+//! The bends of a leg are `x'` (the covariant acceleration) and `x''` (the third vector) at its start, in the time of the
+//! leg.
 
 mod dense;
 mod knots;
@@ -8,4 +11,4 @@ pub(crate) use dense::{Curves, Dense, Polynomials};
 pub(crate) use knots::{End, Ends, Knots};
 #[cfg(test)]
 pub(crate) use options::ThirdDerivative;
-pub(crate) use options::{Options, Progress};
+pub(crate) use options::{Options, Progress, ROUND_OFF};

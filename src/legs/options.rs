@@ -5,7 +5,7 @@ use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
 
 /// Accuracy of residuals, relative to the largest acceleration or third vector of a leg, in its own time.
-const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
+pub(crate) const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 const SOLVER: &str = "chain of Riemannian cubics";
 

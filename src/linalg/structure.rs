@@ -204,6 +204,12 @@ pub(crate) fn check_finite_entries<T: ComplexField>(
     Ok(())
 }
 
+/// Entries in row-major order.
+pub(crate) fn row_by_row(a: MatRef<'_, f64>) -> impl Iterator<Item = f64> {
+    let columns = a.ncols();
+    (0..a.nrows() * columns).map(move |at| a[(at / columns, at % columns)])
+}
+
 /// The sum of products of entries.
 pub(crate) fn dot(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     let columns = a.col_iter().zip(b.col_iter());

@@ -42,7 +42,8 @@ pub(super) struct FreeChain<'a, T: Field, S> {
 pub(super) struct Group<'a, T> {
     pub(super) leg: Leg<'a, T>,
     pub(super) stiffness: Stiffness<T>,
-    /// `x''_0, x'_0, x''_1, x'_1` of the cubics between the knots; in tension with `x'' - tau x` in place of `x''`.
+    /// What the gradient of the cost consists of: `x''_0, x'_0, x''_1, x'_1` of the cubics between the knots; in tension
+    /// with `x'' - tau x` in place of `x''`.
     forces: Vec<T>,
     cost: T,
 }

@@ -10,8 +10,8 @@
 //!
 //! The conditions are the velocities at both ends of a leg, the point at its last end, and continuous accelerations at
 //! the knots. The derivative is computed from the first few terms of the series: it costs less than the series itself,
-//! and a step with it reduces the residual to a hundredth or less. The series is the curve: nothing is integrated
-//! afterwards.
+//! and a step with it reduces the residual to a hundredth or less. For a chain the series is the curve; of a
+//! single leg only the start is kept, and integrated.
 //!
 //! With free knots in between, the same legs form a single cubic, or the cubics between the knots of a spline. A
 //! descent reduces the cost, as a function of the knots, by damped Newton steps ([`least_cost`]).

@@ -1,4 +1,5 @@
-//! Solves a chain: first with short series, then with as many terms as the curves need.
+//! Solves a chain through given knots ([`solve`]), or descends to the knots of least cost ([`least_cost`]): first with short
+//! series, then with as many terms as the curves need.
 
 use super::chain::{Chain, Group};
 use super::free_chain::FreeChain;

@@ -4,8 +4,8 @@
 use faer::{Mat, MatRef, Scale};
 
 use crate::cubic::BoundaryOptions;
+use crate::cubic::blocks::Sized;
 use crate::cubic::path::Path;
-use crate::cubic::reduced::Sized;
 use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
 use crate::curve::Curve;

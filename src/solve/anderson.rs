@@ -16,7 +16,7 @@ const BLOCK: usize = 1024;
 /// ```
 ///
 /// with the latest differences of iterates and of steps as columns of `Delta X` and `Delta F`. For linear problems it
-/// is as good as the minimal residual method with as many directions as stored differences.
+/// is as good as GMRES with as many directions as stored differences.
 ///
 /// # Source
 /// Walker, Ni (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.

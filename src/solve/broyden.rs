@@ -5,8 +5,9 @@
 
 use crate::linalg::field::Field;
 
-/// Largest ratio of successive steps along each other in a converging iteration. Without this bound, a converged lane
-/// jumps by its round-off and spoils the other lanes: of 4000 problems on St(3,1) 124 are not solved, with it 31.
+/// Largest ratio of successive steps along each other, where several problems are solved at once. Without this bound, a
+/// converged lane jumps by its round-off and spoils the other lanes: of 4000 problems on St(3,1) 124 are not solved, with
+/// it 31. A problem alone may converge slowly, with larger ratios.
 const LARGEST: f64 = 0.5;
 
 /// Steps since the linear equations were set up, for one problem or eight at once.
@@ -58,8 +59,8 @@ impl<T: Field> Updates<T> {
     }
 }
 
-/// The component of a step along another one, as a multiple of that one; zero for lanes in which it is not smaller:
-/// these move only by round-off, or not at all.
+/// The component of a step along another one, as a multiple of that one; zero for lanes that do not move, and for those
+/// among several that move only by round-off.
 #[inline(always)]
 fn share<T: Field>(other: &[T], step: &[T]) -> T {
     let [mut product, mut square] = [T::ZERO; 2];
@@ -68,7 +69,8 @@ fn share<T: Field>(other: &[T], step: &[T]) -> T {
         square += *a * *a;
     }
     for lane in 0..T::COUNT {
-        if product.lane(lane).abs() >= LARGEST * square.lane(lane) {
+        let is_round_off = T::COUNT > 1 && product.lane(lane).abs() >= LARGEST * square.lane(lane);
+        if is_round_off || square.lane(lane) == 0.0 {
             product.set_lane(lane, 0.0);
             square.set_lane(lane, 1.0);
         }

@@ -8,7 +8,7 @@ use crate::linalg::lanes::LANES;
 /// speed of 1, 15 to 23 from 3 to 8.
 const MAX_DIRECTIONS: usize = 40;
 
-/// The minimal residual method, with buffers allocated once per size.
+/// GMRES, the generalised minimal residual method, with buffers allocated once per size.
 ///
 /// # Source
 /// Saad, Schultz (1986), "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems",

@@ -1,4 +1,4 @@
-//! A chain of knots with a cubic between neighbours: the interface for the solvers of splines, and the unknowns.
+//! Knots and the legs between them: what a solver of splines needs to carry vectors and to integrate legs.
 
 use std::sync::Arc;
 

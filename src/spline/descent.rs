@@ -8,7 +8,7 @@ use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::motion::Motion;
 use super::solvable::{Effort, unless_interrupted};
-use crate::cubic::descent_start::{DescentStart, LONGEST_LEG, row_by_row};
+use crate::cubic::descent_start::{DescentStart, LONGEST_LEG};
 use crate::cubic::guess::{FlatData, identity_columns};
 use crate::cubic::initial::Horizontal;
 use crate::cubic::packing::unpack;
@@ -17,6 +17,7 @@ use crate::cubic::work::of_products;
 use crate::error::Result;
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
+use crate::linalg::structure::row_by_row;
 use crate::manifold::grassmann::joining::alignment;
 use crate::shooting::{Descent, Held, Layout, LeastCost, least_cost, products_of_step};
 use crate::space::{Quotient, in_space};
@@ -177,16 +178,28 @@ impl FreeKnots {
         for (leg, h) in lengths.iter().enumerate() {
             let curve = curve(leg)?;
             let rate = curve.legs() as f64 / h;
-            knots.push(row_by_row(&all[leg]), motion.velocity(leg), Held::Point);
+            knots.push(
+                row_by_row(all[leg].as_ref()),
+                motion.velocity(leg),
+                Held::Point,
+            );
             for i in 1..curve.legs() {
                 let (frame, velocity) = curve.at(i);
                 let velocity: Vec<f64> = velocity.iter().map(|v| rate * v).collect();
-                knots.push(row_by_row(&(&all[leg] * frame)), &velocity, Held::Nothing);
+                knots.push(
+                    row_by_row((&all[leg] * frame).as_ref()),
+                    &velocity,
+                    Held::Nothing,
+                );
             }
             let parts = std::iter::repeat_n(rate.recip(), curve.legs());
             knots.layout.lengths.extend(parts);
         }
-        knots.push(row_by_row(&all[last]), motion.velocity(last), Held::Point);
+        knots.push(
+            row_by_row(all[last].as_ref()),
+            motion.velocity(last),
+            Held::Point,
+        );
         if let Ends::Open(ends) = ends {
             for (knot, end) in [0, knots.at[last]].into_iter().zip(ends) {
                 if end.velocity().is_some() {

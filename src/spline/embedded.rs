@@ -1,4 +1,4 @@
-//! Splines through points that are matrices: conversion between a chain's vectors and those of legs in the embedding.
+//! How chains with and without frames are solved by legs in the embedding: conversion between their vectors and matrices.
 
 use std::sync::Arc;
 
@@ -10,9 +10,9 @@ use super::leg_path::leg_path;
 use super::motion::Motion;
 use super::solvable::{Effort, Solution, SolvedLegs};
 use crate::collocation::{self, Near};
+use crate::cubic::blocks::Sized;
 use crate::cubic::lazy_path::LazyPath;
 use crate::cubic::packing::entries;
-use crate::cubic::reduced::Sized;
 use crate::cubic::work::of_products;
 use crate::error::Result;
 use crate::legs::{Knots, Options};
@@ -127,14 +127,14 @@ pub(super) trait InEmbedding: Chain {
                 motion.bend_mut(leg).copy_from_slice(&bends.concat());
             }
         }
-        let polynomials = report.converged.then(|| SolvedLegs {
-            curves: None,
+        let legs = report.converged.then(|| SolvedLegs {
+            polynomials: None,
             piece: self.embedded_piece(solved),
         });
         Ok(Some(Solution {
             motion,
             report,
-            polynomials,
+            legs,
         }))
     }
 

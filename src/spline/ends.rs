@@ -28,7 +28,7 @@ use crate::space::Quotient;
 /// ```
 #[derive(Debug, Clone)]
 pub enum EndConditions {
-    /// Zero covariant acceleration at both ends: the curve of least cost through the points.
+    /// Zero covariant acceleration at both ends: the cost is stationary among all curves through the points.
     Natural,
     /// One condition at each end.
     Each(Box<[EndCondition; 2]>),

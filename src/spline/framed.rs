@@ -1,4 +1,4 @@
-//! A chain in few dimensions: every knot has an orthogonal frame, and vectors are coordinates in it.
+//! A chain whose points have at most `max(12, 4k)` rows: every knot has an orthogonal frame, and vectors are coordinates in it.
 
 use std::sync::Arc;
 
@@ -7,12 +7,12 @@ use faer::{Mat, MatRef};
 use super::chain::{Chain, JOINS, Means, Movable, for_each};
 use super::motion::Motion;
 use super::neighbours::{Joining, Link};
+use crate::cubic::blocks::Sized;
 use crate::cubic::guess::turned;
 use crate::cubic::initial::{Horizontal, complete_over};
 use crate::cubic::leg::Leg;
 use crate::cubic::leg_of_blocks::leg_of_blocks;
 use crate::cubic::packing::{pack, unpack};
-use crate::cubic::reduced::Sized;
 use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::{work_of_curve, work_of_join};

@@ -1,4 +1,5 @@
-//! Splines through knots with frames: by series or in the embedding if the legs are slow, otherwise by integrating the legs.
+//! Splines through knots with frames: by legs in the embedding or by series, whichever is quicker; by integrated legs if these
+//! find nothing.
 
 use std::sync::Arc;
 
@@ -14,9 +15,9 @@ use super::leg_path::leg_path;
 use super::motion::Motion;
 use super::solvable::{Effort, Solution, Solvable, SolvedLegs, Start};
 use crate::collocation::Near;
+use crate::cubic::blocks::Sized;
 use crate::cubic::lazy_path::LazyPath;
 use crate::cubic::path::Path;
-use crate::cubic::reduced::Sized;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::of_products;
 use crate::error::Result;
@@ -200,7 +201,7 @@ impl Framed<'_> {
         Ok(Solution {
             motion,
             report,
-            polynomials: curves.map(|curves| self.legs(curves)),
+            legs: curves.map(|curves| self.legs(curves)),
         })
     }
 
@@ -230,7 +231,7 @@ impl Framed<'_> {
             leg_path(polynomials, which, &frames[leg], blocks, columns, tension)
         });
         SolvedLegs {
-            curves: Some(curves),
+            polynomials: Some(curves),
             piece: Arc::new(move |leg| {
                 let path = Arc::clone(&path);
                 Some((None, LazyPath::of(move || path(leg))))

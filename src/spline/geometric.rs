@@ -61,7 +61,7 @@ const MAX_HALVINGS: i32 = 10;
 /// # Method
 /// The accelerations at the ends of a piece are given in closed form. The equations are solved by a fixed-point
 /// iteration with Anderson mixing, preconditioned by the tridiagonal system of flat space in tangent spaces; if it
-/// stalls, by Newton's method with minimal residuals and the same preconditioner. Time is linear in the number of knots
+/// stalls, by Newton's method with GMRES and the same preconditioner. Time is linear in the number of knots
 /// and in `n`. Legs are computed in parallel; results are bit-identical for any number of threads.
 /// # Errors
 /// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `NoConvergence`,
@@ -238,7 +238,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The Newton step by the minimal residual method, with derivatives by difference quotients.
+    /// The Newton step by GMRES, with derivatives by difference quotients.
     fn newton_step(&mut self, velocities: &[f64], found: &Residual) -> Result<Vec<f64>> {
         let mut step = found.step.clone();
         let width = DIFFERENCE * norm(velocities).max(1.0);

@@ -7,17 +7,15 @@
 //! Knoll, Keyes (2004), "Jacobian-free Newton-Krylov methods", J. Comput. Phys. 193, 357-397, sec. 2 and 3, for the
 //! GMRES steps.
 
-use super::ambient::Ambient;
 use super::chain::Chain;
-use super::embedded::InEmbedding;
-use super::ends::Ends;
 use super::interpolation::{Interpolation, Residual};
-use super::joints::Linearised;
+use super::linearised::Linearised;
 use super::motion::Motion;
-use super::solvable::{Effort, Solution, Solvable, Start};
+use super::solvable::{Effort, Solution};
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;
+use crate::legs::ROUND_OFF;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
@@ -53,24 +51,6 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 
 /// Number of times a step is halved before it is given up.
 const MAX_HALVINGS: i32 = 8;
-
-/// Accuracy of residuals, relative to the largest acceleration or third vector of a leg, in its own time.
-const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
-
-impl Solvable for Ambient<'_> {
-    fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
-        if let Start::Flat = start
-            && let Some(found) = self.in_embedding(ends, None, effort)?
-        {
-            return Ok(found);
-        }
-        let problem = Interpolation::new(self, ends)?;
-        match start {
-            Start::Flat => Iteration::solve(&problem, problem.start()?, effort),
-            Start::Near(motion) => Iteration::solve(&problem, motion, effort),
-        }
-    }
-}
 
 /// The method of the next step.
 enum Method {
@@ -175,7 +155,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         Ok(Solution {
             report: SolverReport::new(reason, iterations, self.found.size, goal),
             motion: self.motion,
-            polynomials: None,
+            legs: None,
         })
     }
 

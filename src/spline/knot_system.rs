@@ -17,13 +17,14 @@ use rayon::prelude::*;
 
 use super::given::Given;
 use super::knot_states::{KnotStates, SOLVER};
+use crate::cubic::blocks::Sized;
 use crate::cubic::initial::{Horizontal, complete};
 use crate::cubic::linear_piece::{DENSE, LinearPiece};
 use crate::cubic::packing::{pack, unpack};
-use crate::cubic::reduced::Sized;
 use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use crate::linalg::structure::row_by_row;
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::solve::gmres::norm;
 use crate::space::Quotient;
@@ -254,11 +255,7 @@ fn at_first_basis(blocks: &Blocks, holonomy: &Mat<f64>) -> Blocks {
     });
     let block =
         |row: usize, column: usize| MatRef::from_row_major_slice(&blocks[row][column], d, d);
-    let entries = |matrix: Mat<f64>| {
-        let rows = matrix.row_iter();
-        rows.flat_map(|row| row.iter().copied().collect::<Vec<_>>())
-            .collect()
-    };
+    let entries = |matrix: Mat<f64>| row_by_row(matrix.as_ref()).collect();
     [
         [blocks[0][0].clone(), entries(block(0, 1) * &turn)],
         [

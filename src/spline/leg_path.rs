@@ -2,11 +2,12 @@
 
 use faer::Mat;
 
+use crate::cubic::blocks::{Blocks, Sized};
 use crate::cubic::path::Path;
-use crate::cubic::reduced::{Blocks, Sized};
 use crate::cubic::state::State;
 use crate::legs::Dense;
 use crate::linalg::field::multiply;
+use crate::linalg::structure::row_by_row;
 use crate::space::{Homogeneous, in_space};
 
 /// The curve of a leg that starts with the given frame, from its polynomials; the tension is in the time of the leg.
@@ -23,7 +24,7 @@ pub(super) fn leg_path(
     let dim = solved.dim();
     let (square, rows) = (r * r, blocks.r::<f64>());
     let terms = polynomials.order + 1;
-    let frame: Vec<f64> = row_by_row(frame);
+    let frame: Vec<f64> = row_by_row(frame.as_ref()).collect();
     let mut product = vec![0.0; square];
     let mut points = vec![0.0; terms * rows * columns];
     let turns = polynomials.frames(leg, square).chunks_exact(square);
@@ -59,12 +60,6 @@ pub(super) fn leg_path(
         points,
         vectors,
     )
-}
-
-fn row_by_row(a: &Mat<f64>) -> Vec<f64> {
-    let rows = a.row_iter();
-    rows.flat_map(|row| row.iter().copied().collect::<Vec<_>>())
-        .collect()
 }
 
 /// Appends `omega` and `b` of a skew matrix in row-major order, each in column-major order.

@@ -129,7 +129,7 @@ fn reversed<C: Chain>(back: &C, motion: &Motion, work: &Work) -> Result<Motion> 
     Ok(out)
 }
 
-/// `int |D_t S'|^2 dt` in units of time.
+/// `int |D_t S'|^2 + tau |S'|^2 dt` in units of time.
 fn cost<C: Solvable>(chain: &C, solution: &Solution, interrupt: Interrupt<'_>) -> Result<f64> {
     let mut sum = 0.0;
     for (leg, h) in chain.lengths().iter().enumerate() {

@@ -7,6 +7,7 @@
 //! * [`estimate_velocities`]: velocities when only points are known.
 
 mod ambient;
+mod ambient_solver;
 mod bases;
 mod bends;
 mod chain;
@@ -26,12 +27,12 @@ mod given;
 mod hermite;
 mod interpolation;
 mod iteration;
-mod joints;
 mod knot_gradient;
 mod knot_states;
 mod knot_system;
 mod knots;
 mod leg_path;
+mod linearised;
 mod links;
 mod low_cost;
 mod motion;

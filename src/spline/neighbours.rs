@@ -4,10 +4,10 @@
 use faer::Mat;
 
 use super::chain::{Joint, joint};
+use crate::cubic::blocks::Sized;
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
 use crate::cubic::packing::{entries, pack};
-use crate::cubic::reduced::Sized;
 use crate::error::{Error, Result};
 use crate::linalg::product::{determinant_sign, mul_into};
 use crate::linalg::{OrthogonalLog, skew_exp};

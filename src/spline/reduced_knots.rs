@@ -111,7 +111,8 @@ impl ReducedKnots {
         orthonormalised(low, &mut Mat::zeros(s.ncols(), s.ncols()))
     }
 
-    /// Whether frames of the whole span are small matrices, or a single leg spans it.
+    /// Whether frames of the whole span are small matrices, or a single leg spans it: the points have at most `max(12, 4k)`
+    /// rows, half as many if they are complex.
     pub(super) fn is_small(&self) -> bool {
         let (mut r, mut k) = self.shape();
         if self.kind.field == ScalarField::Complex {

@@ -1,4 +1,4 @@
-//! The spline of Riemannian cubics: twice continuously differentiable, of least cost through its points.
+//! The spline of Riemannian cubics: twice continuously differentiable, with stationary cost among curves through its points.
 
 use std::sync::Arc;
 
@@ -79,7 +79,7 @@ pub(crate) fn cubic_spline_of_legs(
     let (pieces, solution) = solved?;
     let report = solution.report;
     if report.converged {
-        let curves = solution.polynomials.and_then(|legs| legs.curves);
+        let curves = solution.legs.and_then(|legs| legs.polynomials);
         let pieces = joined(options.quotient, problem.knots.first_turn(), pieces)?;
         return Ok((Piecewise::new(t.to_vec(), pieces), report, curves));
     }
@@ -188,7 +188,7 @@ impl<'e> Problem<'e> {
     }
 }
 
-/// The pieces of a solution; `None` if it has not converged.
+/// The pieces of a solution; none if it has not converged.
 fn finished<C: Solvable>(
     chain: &C,
     solution: Solution,

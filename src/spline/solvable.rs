@@ -60,14 +60,14 @@ pub(super) struct Solution {
     pub(super) motion: Motion,
     pub(super) report: SolverReport,
     /// The curves between the knots, if the solver provides them.
-    pub(super) polynomials: Option<SolvedLegs>,
+    pub(super) legs: Option<SolvedLegs>,
 }
 
 /// The curves of solved legs.
 #[derive(Clone)]
 pub(super) struct SolvedLegs {
     /// Their polynomials, for solvers that compute them together.
-    pub(super) curves: Option<Arc<dyn Curves>>,
+    pub(super) polynomials: Option<Arc<dyn Curves>>,
     /// The curve of a leg; `None` if it has to be integrated.
     pub(super) piece: Arc<dyn Fn(usize) -> Option<Piece> + Send + Sync>,
 }
@@ -78,7 +78,7 @@ impl Solution {
         Solution {
             motion: Motion::zeros(0, 1),
             report,
-            polynomials: None,
+            legs: None,
         }
     }
 }
@@ -104,10 +104,7 @@ pub(super) trait Solvable: Chain {
     /// # Errors
     /// An error if it cannot be integrated; `Interrupted`.
     fn piece(&self, leg: usize, solution: &Solution, interrupt: Interrupt<'_>) -> Result<Piece> {
-        let known = solution
-            .polynomials
-            .as_ref()
-            .and_then(|legs| (legs.piece)(leg));
+        let known = solution.legs.as_ref().and_then(|legs| (legs.piece)(leg));
         match known {
             Some(piece) => Ok(piece),
             None => self.integrated(leg, &solution.motion, interrupt),

@@ -1,7 +1,8 @@
 //! The equations of a spline linearised, with exact derivatives of all legs at once.
 //!
 //! A Newton step solves every leg for its `(x', x'')` in terms of the two velocities. The remaining system is block
-//! tridiagonal in the velocities, cyclic for a closed curve, so a step takes time linear in the number of knots.
+//! tridiagonal in the velocities, cyclic for a closed curve, so a step takes time linear in the number of knots. The
+//! elimination is that of `src/shooting/newton_step.rs`, for integrated legs.
 
 use faer::{Mat, MatRef, Scale};
 
