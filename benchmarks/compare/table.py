@@ -40,8 +40,13 @@ def shown(outcome: Outcome) -> list[Line]:
 def verdicts(outcomes: Sequence[Outcome]) -> str:
     """How many targets are met, and a line for each that is missed."""
     judged = [line for outcome in outcomes for line in lines_of(outcome) if line.reached is not None]
-    missed = [f"missed: {line.work}: {line.ours}, {line.reach}" for line in judged if not line.reached]
+    missed = [f"missed: {line.work}: {_found(line)}, {line.reach}" for line in judged if not line.reached]
     return "\n".join([f"{len(judged) - len(missed)} of {len(judged)} targets are met", *missed])
+
+
+def _found(line: Line) -> str:
+    """What is judged: our time, with the ratio to the other's if there is one."""
+    return f"{line.ours} beside {line.figure}, ratio {line.ratio}" if line.ratio else line.ours
 
 
 def lines_of(outcome: Outcome) -> list[Line]:
