@@ -121,21 +121,11 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
 /// The largest absolute value of all numbers; NaN is propagated.
 #[inline(always)]
 pub(crate) fn largest<T: Field>(values: &[T]) -> f64 {
-    // Several maxima: a single one would wait for each comparison.
-    let mut sizes = [T::ZERO; 4];
-    let chunks = values.chunks_exact(sizes.len());
-    for (size, x) in sizes.iter_mut().zip(chunks.remainder()) {
-        *size = size.larger(*x);
+    let mut size = T::ZERO;
+    for x in values {
+        size = size.larger(*x);
     }
-    for chunk in chunks {
-        for (size, x) in sizes.iter_mut().zip(chunk) {
-            *size = size.larger(*x);
-        }
-    }
-    let lanes = sizes
-        .iter()
-        .flat_map(|size| (0..T::COUNT).map(|lane| size.lane(lane)));
-    lanes.fold(0.0, larger)
+    (0..T::COUNT).fold(0.0, |all, lane| larger(all, size.lane(lane)))
 }
 
 /// Factors `a = l u` in place, shape `(n, n)` in row-major order, without pivoting: for matrices near the identity, or

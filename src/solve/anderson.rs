@@ -6,9 +6,6 @@ use std::collections::VecDeque;
 /// previous ones: products are only accurate to round-off.
 const DEPENDENT: f64 = 1e-13;
 
-/// Number of entries of vectors that stay in the cache while products with all differences are formed.
-const BLOCK: usize = 1024;
-
 /// The accelerated iteration for `f(x) = 0`, where `f` is the step of a fixed-point iteration `x -> x + f(x)`.
 ///
 /// ```math
@@ -52,58 +49,39 @@ impl Anderson {
     }
 
     /// The increment of the iterate after computing its step `f`; the iterate itself may be a point of a manifold.
-    ///
-    /// Long vectors are read twice, once for all products and once for the increment.
     pub(crate) fn increment(&mut self, f: Vec<f64>) -> Vec<f64> {
-        let products = match self.last.take() {
-            Some((dx, last)) => self.add_difference(dx, last, &f),
-            None => Vec::new(),
-        };
-        let shares = self.shares(products);
+        if let Some((dx, last)) = self.last.take() {
+            self.add_difference(dx, last, &f);
+        }
         let mut increment = f.clone();
-        for (block, increment) in increment.chunks_mut(BLOCK).enumerate() {
-            for (difference, share) in self.differences.iter().zip(&shares) {
-                for (to, sum) in increment.iter_mut().zip(&difference.sum[block * BLOCK..]) {
-                    *to -= share * sum;
-                }
+        for (difference, share) in self.differences.iter().zip(self.shares(&f)) {
+            for (to, sum) in increment.iter_mut().zip(&difference.sum) {
+                *to -= share * sum;
             }
         }
         self.last = Some((increment.clone(), f));
         increment
     }
 
-    /// Stores the difference from the last step, given that step and the increment after it; returns the products of `f`
-    /// with all differences.
-    fn add_difference(&mut self, mut sum: Vec<f64>, mut df: Vec<f64>, f: &[f64]) -> Vec<f64> {
-        self.differences.truncate(self.depth - 1);
-        let count = self.differences.len() + 1;
-        let [mut by_f, mut products] = [(); 2].map(|()| vec![0.0; count]);
-        let blocks = df.chunks_mut(BLOCK).zip(sum.chunks_mut(BLOCK));
-        for (block, ((df, sum), f)) in blocks.zip(f.chunks(BLOCK)).enumerate() {
-            for ((df, sum), f) in df.iter_mut().zip(sum).zip(f) {
-                *df = f - *df;
-                *sum += *df;
-            }
-            by_f[0] += dot(f, df);
-            products[0] += dot(df, df);
-            for (i, older) in self.differences.iter().enumerate() {
-                let older = &older.df[block * BLOCK..][..f.len()];
-                by_f[i + 1] += dot(f, older);
-                products[i + 1] += dot(df, older);
-            }
+    /// Stores the difference from the last step, given that step and the increment after it.
+    fn add_difference(&mut self, mut sum: Vec<f64>, mut df: Vec<f64>, f: &[f64]) {
+        for ((df, sum), f) in df.iter_mut().zip(&mut sum).zip(f) {
+            *df = f - *df;
+            *sum += *df;
         }
+        self.differences.truncate(self.depth - 1);
+        let older = self.differences.iter().map(|older| dot(&df, &older.df));
+        let products = std::iter::once(dot(&df, &df)).chain(older).collect();
         self.differences
             .push_front(Difference { df, sum, products });
-        by_f
     }
 
-    /// The least-squares solution `gamma` from the products of `f` with the differences, by a Cholesky factorisation of
-    /// their products among themselves, which are kept between steps; dependent directions get zero. A few digits are
-    /// enough.
-    fn shares(&self, by_f: Vec<f64>) -> Vec<f64> {
+    /// The least-squares solution `gamma`, by a Cholesky factorisation of the products of the differences, which are
+    /// kept between steps; dependent directions get zero. A few digits are enough.
+    fn shares(&self, f: &[f64]) -> Vec<f64> {
         let count = self.differences.len();
         let mut lower = vec![vec![0.0; count]; count];
-        let mut shares = by_f;
+        let mut shares = vec![0.0; count];
         for i in 0..count {
             let square = self.differences[i].products[0];
             for j in 0..=i {
@@ -115,11 +93,10 @@ impl Anderson {
                     _ => 0.0,
                 };
             }
-            let known: f64 = (0..i).map(|l| lower[i][l] * shares[l]).sum();
-            shares[i] = match lower[i][i] > 0.0 {
-                true => (shares[i] - known) / lower[i][i],
-                false => 0.0,
-            };
+            if lower[i][i] > 0.0 {
+                let known: f64 = (0..i).map(|l| lower[i][l] * shares[l]).sum();
+                shares[i] = (dot(f, &self.differences[i].df) - known) / lower[i][i];
+            }
         }
         for i in (0..count).rev() {
             if lower[i][i] > 0.0 {
