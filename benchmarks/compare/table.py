@@ -45,8 +45,9 @@ def verdicts(outcomes: Sequence[Outcome]) -> str:
 
 
 def _found(line: Line) -> str:
-    """What is judged: our time, with the ratio to the other's if there is one."""
-    return f"{line.ours} beside {line.figure}, ratio {line.ratio}" if line.ratio else line.ours
+    """What is judged: our time, with the ratio to the other's if the target is relative."""
+    is_relative = line.reach.startswith("ratio") or line.reach.endswith("times the other")
+    return f"{line.ours} beside {line.figure}, ratio {line.ratio}" if is_relative else line.ours
 
 
 def lines_of(outcome: Outcome) -> list[Line]:

@@ -2091,9 +2091,9 @@ class RiemannianCubic(Curve):
 
         Notes
         -----
-        Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts
-        from the cubic in flat space, or from the guess. If displacement and speeds are at most 2, its solution is
-        returned. Otherwise, unless a guess is given, chains of cubics descend to local minima of the cost: from a curve
+        Cubics with given ends are stationary, not unique. If displacement and speeds are at most 2, Newton's method
+        starts from the cubic in flat space; from a guess it starts at any distance. If it fails, and for other data,
+        unless a guess is given, chains of cubics descend to local minima of the cost: from a curve
         that rolls evenly from one velocity to the other; for end speeds up to 16 also from the cubic in flat space; and
         from the de Casteljau curve if more than one quasi-geodesic joins the points. The solution of least cost is
         returned. If the descents would exceed the work limit (dimension 57 or more, as for St(15,5), SO(12) and complex
@@ -2182,9 +2182,9 @@ class RiemannianCubic(Curve):
 
         Notes
         -----
-        Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts
-        from the cubic in flat space, or from the guess. If displacement and speeds are at most 2, its solution is
-        returned. Otherwise, unless a guess is given, chains of cubics descend to local minima of the cost: from a curve
+        Cubics with given ends are stationary, not unique. If displacement and speeds are at most 2, Newton's method
+        starts from the cubic in flat space; from a guess it starts at any distance. If it fails, and for other data,
+        unless a guess is given, chains of cubics descend to local minima of the cost: from a curve
         that rolls evenly from one velocity to the other; for end speeds up to 16 also from the cubic in flat space; and
         from the de Casteljau curve if more than one quasi-geodesic joins the points. The solution of least cost is
         returned. If the descents would exceed the work limit (dimension 57 or more, as for St(15,5), SO(12) and complex
