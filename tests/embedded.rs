@@ -319,7 +319,7 @@ fn chart_row<C: Chart<X, Z>, const X: usize, const Z: usize>(
 
 /// The table of `docs/integrators.md`: `cargo test --release --test embedded -- --ignored --nocapture`.
 #[test]
-#[ignore = "prints times"]
+#[ignore = "prints the times of a table and asserts nothing"]
 fn table_beside_the_splitting_and_the_chart() {
     let data = |found: CovariantData| {
         let CovariantData {

@@ -15,7 +15,7 @@ NOISY = 1.15
 
 @dataclass(frozen=True)
 class Line:
-    """One line of the table; `reached` is None if there is no target."""
+    """One line of the table; `reached` is None if there is no target, `judged` what a target is compared with."""
 
     work: str
     ours: str
@@ -24,6 +24,7 @@ class Line:
     ratio: str = ""
     reach: str = ""
     reached: bool | None = None
+    judged: str = ""
 
     def cells(self) -> tuple[str, ...]:
         """Texts of the cells."""
@@ -40,14 +41,8 @@ def shown(outcome: Outcome) -> list[Line]:
 def verdicts(outcomes: Sequence[Outcome]) -> str:
     """How many targets are met, and a line for each that is missed."""
     judged = [line for outcome in outcomes for line in lines_of(outcome) if line.reached is not None]
-    missed = [f"missed: {line.work}: {_found(line)}, {line.reach}" for line in judged if not line.reached]
+    missed = [f"missed: {line.work}: {line.judged}, {line.reach}" for line in judged if not line.reached]
     return "\n".join([f"{len(judged) - len(missed)} of {len(judged)} targets are met", *missed])
-
-
-def _found(line: Line) -> str:
-    """What is judged: our time, with the ratio to the other's if the target is relative."""
-    is_relative = line.reach.startswith("ratio") or line.reach.endswith("times the other")
-    return f"{line.ours} beside {line.figure}, ratio {line.ratio}" if is_relative else line.ours
 
 
 def lines_of(outcome: Outcome) -> list[Line]:
@@ -59,7 +54,7 @@ def lines_of(outcome: Outcome) -> list[Line]:
     # Our own target stands in the first line that has no other.
     free = next((i for i, line in enumerate(lines) if not line.reach), None)
     if free is not None:
-        lines[free] = replace(lines[free], reach=own.reach, reached=own.reached)
+        lines[free] = replace(lines[free], reach=own.reach, reached=own.reached, judged=own.judged)
     elif own.reach or not lines:
         lines.insert(0, own)
     for bound in outcome.row.bounds:
@@ -69,14 +64,15 @@ def lines_of(outcome: Outcome) -> list[Line]:
             lines.append(Line(work, f"{bound.label}: {found}", "", ""))
             continue
         reached = value <= bound.bound if isinstance(value, float) else None
-        lines.append(Line(work, f"{bound.label}: {found}", "", "", "", f"<= {bound.bound:.3g}", reached))
+        text = f"{bound.label}: {found}"
+        lines.append(Line(work, text, "", "", "", f"<= {bound.bound:.3g}", reached, text))
     return lines
 
 
 def _own(work: str, ours: str, outcome: Outcome) -> Line:
     target = outcome.row.seconds
     reached = outcome.ours.best <= target if target is not None and isinstance(outcome.ours, Figure) else None
-    return Line(work, ours, "", "", "", f"<= {seconds(target)}" if target is not None else "", reached)
+    return Line(work, ours, "", "", "", f"<= {seconds(target)}" if target is not None else "", reached, ours)
 
 
 def _against(work: str, ours: str, outcome: Outcome, rival: Rival) -> Line:
@@ -89,7 +85,8 @@ def _against(work: str, ours: str, outcome: Outcome, rival: Rival) -> Line:
         assert outcome.row.ahead is not None
         reached.append(ratio >= outcome.row.ahead)
     verdict = all(reached) if reached else None
-    return Line(work, ours, rival.label, _figure(figure), f"{ratio:.3g}", _reach(outcome, rival), verdict)
+    judged = f"{ours} beside {_figure(figure)}, ratio {ratio:.3g}"
+    return Line(work, ours, rival.label, _figure(figure), f"{ratio:.3g}", _reach(outcome, rival), verdict, judged)
 
 
 def _is_best(outcome: Outcome, rival: Rival) -> bool:

@@ -204,10 +204,9 @@ impl<'c> Iteration<'c> {
             if !is_direct && self.chain.quotient == Quotient::Frames {
                 continue;
             }
-            let (values, end) = (near.leg)(i, &leg.nodes.nodes.nodes.s)?;
-            if is_direct {
-                leg.set_fourth_derivative(&values);
-            }
+            let nodes = &leg.nodes.nodes.nodes.s;
+            let (values, end) = (near.leg)(i, if is_direct { nodes } else { &[] })?;
+            leg.set_fourth_derivative(&values);
             if self.chain.quotient == Quotient::Subspaces {
                 leg.set_turn(alignment(end.as_ref(), self.chain.points[i + 1].as_ref())?.as_ref());
             }

@@ -8,9 +8,9 @@
 //! y = y_0 + G R\,y
 //! ```
 //!
-//! an equation of the second kind with a smoothing kernel. At Gauss nodes it is solved by GMRES,
-//! which converges faster than linearly ([`Operator`]). Functions of `y` have gradients with respect to the data at the ends through
-//! `lambda = gradient + R^T G^T lambda`, at the same cost.
+//! an equation of the second kind with a smoothing kernel. At Gauss nodes it is solved by GMRES, which
+//! converges faster than linearly ([`Operator`]). Functions of `y` have gradients with respect to the data at the ends
+//! through `lambda = gradient + R^T G^T lambda`, at the same cost.
 //!
 //! # Source
 //! Atkinson (1997), "The Numerical Solution of Integral Equations of the Second Kind", sec. 3.1 (collocation); Kelley, Xue

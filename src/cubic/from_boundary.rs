@@ -18,9 +18,8 @@ impl RiemannianCubic {
     ///
     /// Cubics with given ends are stationary, but not unique. Up to displacement and speeds of 2, Newton's method starts
     /// from the cubic of flat space, at Gauss nodes or, in up to three dimensions and for fast curves, by shooting; from a
-    /// guess it starts at any distance. If it fails, and for other data, a chain of cubics descends to a local minimum of the
-    /// cost from several starts: a curve that
-    /// rolls from one velocity to the other; for end speeds up to 16 also the cubic of flat space; and the de Casteljau
+    /// guess it starts at any distance. If it fails, and for other data, a chain of cubics descends to a local minimum of
+    /// the cost from several starts: a curve that rolls from one velocity to the other; for end speeds up to 16 also the cubic of flat space; and the de Casteljau
     /// curve if more than one quasi-geodesic joins the points. The solution of least cost is returned. If descents
     /// would exceed the work limit (dimensions from 57 on, such as St(15,5), SO(12) and complex St(10,4)), the solution
     /// from the cubic of flat space is returned; it need not be the one of least cost. `docs/boundary_cost.md` compares

@@ -36,8 +36,8 @@ use crate::space::Quotient;
 /// An integrated curve is stored as one Taylor polynomial per step, of order 20 (lower for a larger tolerance), in the
 /// `r <= min(n, 4k)` dimensions spanned by its initial data. A piece of a spline that was solved by series or
 /// collocation is one polynomial about the middle of its leg, whose order depends on how fast the leg turns, in the `r`
-/// dimensions spanned by the knots, or by the data at the ends of the leg. With order `p`, evaluating a point costs `p r k` multiplications, and one product
-/// to lift it to `n` rows.
+/// dimensions spanned by the knots, or by the data at the ends of the leg. With order `p`, evaluating a point costs `p r
+/// k` multiplications, and one product to lift it to `n` rows.
 ///
 /// Outside [`t_span`](Curve::t_span) the curve is extended by integration, once per call;
 /// [`RiemannianCubic::restricted`] returns a curve that keeps the extension.

@@ -62,8 +62,8 @@ pub(super) trait InEmbedding: Chain {
         velocities.collect::<Vec<_>>().concat()
     }
 
-    /// Solves with legs in the embedding, from the spline of flat space or from a motion near a solution; `None` if the lengths of the legs are too different, or if the iteration finds no
-    /// solution while work is left.
+    /// Solves with legs in the embedding, from the spline of flat space or from a motion near a solution; `None` if the
+    /// lengths of the legs are too different, or if the iteration finds no solution while work is left.
     ///
     /// # Errors
     /// `Interrupted`, `Overflow`.

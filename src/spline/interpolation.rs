@@ -147,6 +147,22 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         }
     }
 
+    /// The right-hand sides of a step, one vector per knot: minus the jumps, and what `add` contributes at free knots for the
+    /// legs before and after them.
+    pub(super) fn right_sides(
+        &self,
+        found: &Residual,
+        mut add: impl FnMut([Option<usize>; 2], &mut [f64]),
+    ) -> Vec<f64> {
+        let mut right: Vec<f64> = found.jumps.iter().map(|jump| -jump).collect();
+        for (knot, right) in right.chunks_exact_mut(self.chain.size()).enumerate() {
+            if !self.knots.is_fixed(knot) {
+                add(self.knots.legs_at(knot), right);
+            }
+        }
+        right
+    }
+
     /// The change of all unknowns that would solve the equations in flat space.
     ///
     /// # Errors
@@ -154,12 +170,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     pub(super) fn flat_step(&self, found: &Residual) -> Result<Vec<f64>> {
         let (d, lengths) = (self.chain.size(), self.chain.lengths());
         let mut worker = self.chain.worker();
-        let mut right: Vec<f64> = found.jumps.iter().map(|jump| -jump).collect();
-        for (knot, right) in right.chunks_exact_mut(d).enumerate() {
-            let [before, after] = self.knots.legs_at(knot);
-            if self.knots.is_fixed(knot) {
-                continue;
-            }
+        let mut right = self.right_sides(found, |[before, after], right| {
             if let Some(leg) = before {
                 let (r, w) = (found.arrivals.vector(leg, 0), found.arrivals.vector(leg, 1));
                 add(right, -6.0 * lengths[leg].powi(-2), r);
@@ -177,7 +188,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
                     found.arrivals.lag_back(leg),
                 );
             }
-        }
+        });
         let mut carried = Carrying {
             chain: self.chain,
             worker: &mut worker,

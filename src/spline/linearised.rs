@@ -112,12 +112,7 @@ impl<C: Chain> Interpolation<'_, C> {
                 add_product(-1.0, &columns, found.arrivals.vector(i, which), miss);
             }
         }
-        let mut right: Vec<f64> = found.jumps.iter().map(|jump| -jump).collect();
-        for (knot, right) in right.chunks_exact_mut(d).enumerate() {
-            let [before, after] = self.knots.legs_at(knot);
-            if self.knots.is_fixed(knot) {
-                continue;
-            }
+        let mut right = self.right_sides(found, |[before, after], right| {
             if let Some(leg) = before {
                 let Scale(rate) = self.rate(leg);
                 add_product(-rate, &linear.legs[leg].by_bend, step.bend(leg), right);
@@ -128,7 +123,7 @@ impl<C: Chain> Interpolation<'_, C> {
                     *right += rate * first;
                 }
             }
-        }
+        });
         linear.velocities.solve(&mut right);
         if matches!(self.knots.ends, Ends::Periodic) {
             right.extend_from_within(..d);

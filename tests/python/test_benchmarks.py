@@ -146,6 +146,15 @@ def test_the_target_of_our_time_stands_in_a_line_without_another(limit, target):
     assert missed == (["missed: work: 1 s, <= 500 ms"] if limit == 0.5 else [])
 
 
+def test_a_missed_target_beside_another_library_has_its_ratio():
+    rival = Rival("a", "task", "other", at_most=2.0)
+    outcome = Outcome(Row("name", "work", (rival,)), Figure([1.0], [1.0]), {rival: Figure([0.25], [0.25])}, {})
+    assert verdicts([outcome]).splitlines() == [
+        "0 of 1 targets are met",
+        "missed: work: 1 s beside 250 ms, ratio 0.25, <= 2 times the other",
+    ]
+
+
 def test_the_page_shows_other_libraries_alone():
     other, own = Rival("a", "task", "another library"), Rival("stiefel_rs", "task", "ours in another way")
     row = Row("name", "work", (own, other), bounds=(Bound("size", "size"),))
