@@ -3,12 +3,13 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::initial::Horizontal;
+use super::packing::entries;
 use super::riemannian_cubic::RiemannianCubic;
 use super::state::State;
-use super::turning::bracket;
+use super::turning::bracket_of;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
-use crate::linalg::product::mul_add;
+use crate::linalg::product::{columns, columns_mut, mul_add, mul_into};
 use crate::linalg::structure::check_range;
 use crate::space::Quotient;
 
@@ -29,9 +30,7 @@ impl RiemannianCubic {
 
     /// As `initial`, at any time.
     pub(crate) fn state(&self, t: f64) -> Result<[Mat<f64>; 4]> {
-        let moment = self.clock.path_time(t);
-        let ends = self.path.ends();
-        let Some(state) = ends.into_iter().find(|state| state.time == moment) else {
+        let Some(tangents) = self.tangents_at_end(t) else {
             return Ok([
                 self.point(t)?,
                 self.derivative(t, 1)?,
@@ -39,31 +38,70 @@ impl RiemannianCubic {
                 self.jerk(t)?,
             ]);
         };
-        let (r, k) = (self.path.r(), self.k());
-        let block = |entries, rows, columns| {
-            MatRef::<'_, f64>::from_column_major_slice(entries, rows, columns)
-        };
-        let (s, e) = (block(state.s(), r, k), block(state.e(), r, r - k));
-        let tangent = |order: usize| {
-            let mut v = s * block(state.omega(order), k, k);
-            mul_add(&mut v, 1.0, e, block(state.b(order), r - k, k));
-            v
-        };
-        let [v, a, mut j] = [0, 1, 2].map(tangent);
-        if self.quotient() == Quotient::Frames {
-            j += bracket(s, v.as_ref(), a.as_ref()) * Scale(0.5);
-        }
-        let in_curve_time = |v, order| self.lifted(self.in_curve_time(v, order));
-        let data = [
-            self.lifted(s.to_owned()),
-            in_curve_time(v, 1),
-            in_curve_time(a, 2),
-            in_curve_time(j, 3),
-        ];
+        let mut data = tangents.map(|x| columns(&x, self.n()).to_owned());
+        let [s, v, a, j] = &mut data;
+        *j += bracket_of(self.quotient(), s.as_ref(), v.as_ref(), a.as_ref()) * Scale(0.5);
         for matrix in &data {
             check_range("state of a Riemannian cubic", matrix.as_ref())?;
         }
         Ok(data)
+    }
+
+    /// The point, and the tangent vectors `g x, g x', g x''` there, shape `(n, k)` by columns.
+    ///
+    /// # Errors
+    /// As `state`.
+    pub(crate) fn tangents(&self, t: f64) -> Result<[Vec<f64>; 4]> {
+        if let Some(tangents) = self.tangents_at_end(t) {
+            return Ok(tangents);
+        }
+        let mut data = self.state(t)?;
+        let [s, v, a, j] = &mut data;
+        *j -= bracket_of(self.quotient(), s.as_ref(), v.as_ref(), a.as_ref()) * Scale(0.5);
+        Ok(data.each_ref().map(entries))
+    }
+
+    /// The same where the path starts or ends at that time.
+    fn tangents_at_end(&self, t: f64) -> Option<[Vec<f64>; 4]> {
+        let moment = self.clock.path_time(t);
+        let ends = self.path.ends();
+        let state = ends.into_iter().find(|state| state.time == moment)?;
+        let (r, k) = (self.path.r(), self.k());
+        let (s, e) = (columns(state.s(), r), columns(state.e(), r));
+        let tangent = |order: usize| {
+            let mut v = vec![0.0; r * k];
+            match order.checked_sub(1) {
+                None => v.copy_from_slice(state.s()),
+                Some(order) => {
+                    let b = MatRef::from_column_major_slice(state.b(order), r - k, k);
+                    mul_into(
+                        columns_mut(&mut v, r),
+                        1.0,
+                        s,
+                        columns(state.omega(order), k),
+                    );
+                    mul_add(columns_mut(&mut v, r), 1.0, e, b);
+                }
+            }
+            for x in &mut v {
+                *x = self.clock.derivative(*x, order);
+            }
+            let Some(frame) = self.frame() else {
+                return v;
+            };
+            let mut out = vec![0.0; self.n() * k];
+            mul_into(columns_mut(&mut out, self.n()), 1.0, frame, columns(&v, r));
+            out
+        };
+        Some(std::array::from_fn(tangent))
+    }
+
+    /// The state of the path where the time of the curve is 0, if it begins or ends there, and the rate of its time.
+    pub(super) fn start_of_path(&self) -> Option<(&State, f64)> {
+        let moment = self.clock.path_time(0.0);
+        let ends = self.path.ends();
+        let state = ends.into_iter().find(|state| state.time == moment)?;
+        Some((state, self.clock.rate))
     }
 
     /// The conserved energy.

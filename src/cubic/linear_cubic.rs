@@ -10,9 +10,12 @@ use faer::{Mat, MatRef};
 
 use super::collocated::Collocated;
 use super::linear_flow::{LinearFlow, VARIATION};
-use super::linear_piece::{LinearPiece, Load, is_on};
+use super::linear_piece::{LinearPiece, add};
+use super::linear_start::Start;
+use super::packing::entries;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::linalg::product::columns;
 use crate::linalg::structure::check_range;
 use crate::space::Quotient;
 
@@ -23,7 +26,7 @@ const BY_SERIES: (usize, usize) = (3, 3);
 
 /// The linearised cubic.
 #[derive(Debug)]
-pub(super) struct LinearCubic {
+pub(crate) struct LinearCubic {
     flow: LinearFlow,
     collocated: Option<Collocated>,
     series: OnceLock<LinearPiece>,
@@ -36,7 +39,7 @@ impl LinearCubic {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`,
     /// `Interrupted`.
-    pub(super) fn new(
+    pub(crate) fn new(
         state: [MatRef<'_, f64>; 4],
         tension: f64,
         quotient: Quotient,
@@ -65,7 +68,7 @@ impl LinearCubic {
 
     fn series(&self, interrupt: Interrupt<'_>) -> Result<&LinearPiece> {
         if self.series.get().is_none() {
-            let piece = LinearPiece::new(self.flow.clone(), interrupt)?;
+            let piece = LinearPiece::new(Start::of_flow(&self.flow), interrupt)?;
             let _ = self.series.set(piece);
         }
         Ok(self.series.get().expect("it was just set"))
@@ -85,30 +88,38 @@ impl LinearCubic {
         {
             return Ok(varied.start);
         }
-        Ok(self.series(interrupt)?.at_start(z))
+        Ok(start_of(self.series(interrupt)?, z))
     }
 
     /// The variations of the points at given times for `(u_0, w_0, u_1, w_1)`.
     ///
     /// # Errors
     /// As [`LinearCubic::at_start`].
-    pub(super) fn points(
+    pub(crate) fn points(
         &self,
         z: &[Mat<f64>; 4],
         times: &[f64],
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<Mat<f64>>> {
-        let Some(collocated) = self.collocated() else {
-            return self.series(interrupt)?.points(z, times, interrupt);
-        };
-        let Some(varied) = collocated.vary(&self.flow, z, interrupt)? else {
-            return self.series(interrupt)?.points(z, times, interrupt);
-        };
         let (on, beyond): (Vec<f64>, Vec<f64>) = times.iter().partition(|t| is_on(**t));
-        let mut on = collocated.points(&self.flow, &varied, z, &on).into_iter();
-        let [a, b] = varied.start;
+        let varied = match self.collocated() {
+            Some(collocated) => collocated
+                .vary(&self.flow, z, interrupt)?
+                .map(|varied| (collocated, varied)),
+            None => None,
+        };
+        let (on, [a, b]) = match varied {
+            Some((collocated, varied)) => {
+                (collocated.points(&self.flow, &varied, z, &on), varied.start)
+            }
+            None => {
+                let series = self.series(interrupt)?;
+                (points_of(series, z, &on), start_of(series, z))
+            }
+        };
         let start = [z[0].clone(), z[1].clone(), a, b];
-        let mut beyond = self.flow.points(&start, &beyond, interrupt)?.into_iter();
+        let beyond = self.flow.points(&start, &beyond, interrupt)?;
+        let (mut on, mut beyond) = (on.into_iter(), beyond.into_iter());
         let points = times.iter().map(|t| {
             let points = if is_on(*t) { &mut on } else { &mut beyond };
             let point = points.next().expect("a point for every time");
@@ -123,19 +134,12 @@ impl LinearCubic {
     ///
     /// # Errors
     /// As [`LinearCubic::at_start`].
-    pub(super) fn pull_back(
+    pub(crate) fn pull_back(
         &self,
         times: &[f64],
         cotangents: &[MatRef<'_, f64>],
         interrupt: Interrupt<'_>,
     ) -> Result<[Mat<f64>; 4]> {
-        let series = || {
-            let series = self.series(interrupt)?;
-            series.pull_back(times, cotangents, interrupt)
-        };
-        let Some(collocated) = self.collocated() else {
-            return series();
-        };
         let loads = times.iter().copied().zip(cotangents.iter().copied());
         let (on, beyond): (Vec<Load<'_>>, Vec<Load<'_>>) = loads.partition(|load| is_on(load.0));
         let by_start = match beyond.is_empty() {
@@ -147,11 +151,19 @@ impl LinearCubic {
                 Some(self.flow.gradient(&eta))
             }
         };
-        let (times, cotangents): (Vec<f64>, Vec<MatRef<'_, f64>>) = on.into_iter().unzip();
         let by_bends = by_start.as_ref().map(|[.., a, b]| [a, b]);
-        let loads = (times.as_slice(), cotangents.as_slice());
-        let Some(mut out) = collocated.pull_back(&self.flow, loads, by_bends, interrupt)? else {
-            return series();
+        let found = match self.collocated() {
+            Some(collocated) => {
+                let (times, cotangents): (Vec<f64>, Vec<MatRef<'_, f64>>) =
+                    on.iter().copied().unzip();
+                let loads = (times.as_slice(), cotangents.as_slice());
+                collocated.pull_back(&self.flow, loads, by_bends, interrupt)?
+            }
+            None => None,
+        };
+        let mut out = match found {
+            Some(found) => found,
+            None => pulled_back(self.series(interrupt)?, &on, by_bends),
         };
         if let Some([by_p, by_w, ..]) = by_start {
             out[0] += by_p;
@@ -161,10 +173,47 @@ impl LinearCubic {
     }
 }
 
+/// A time and a cotangent there.
+type Load<'a> = (f64, MatRef<'a, f64>);
+
+/// Whether the curve need not be integrated beyond its ends.
+pub(crate) fn is_on(t: f64) -> bool {
+    (0.0..=1.0).contains(&t)
+}
+
+fn points_of(piece: &LinearPiece, z: &[Mat<f64>; 4], times: &[f64]) -> Vec<Mat<f64>> {
+    let (n, z) = (z[0].nrows(), z.each_ref().map(|z| entries(z.as_ref())));
+    let points = piece.points(z.each_ref().map(Vec::as_slice), times);
+    points.iter().map(|x| columns(x, n).to_owned()).collect()
+}
+
+fn start_of(piece: &LinearPiece, z: &[Mat<f64>; 4]) -> [Mat<f64>; 2] {
+    let (n, z) = (z[0].nrows(), z.each_ref().map(|z| entries(z.as_ref())));
+    let start = piece.at_start(z.each_ref().map(Vec::as_slice));
+    start.map(|x| columns(&x, n).to_owned())
+}
+
+fn pulled_back(
+    piece: &LinearPiece,
+    loads: &[Load<'_>],
+    by_bends: Option<[&Mat<f64>; 2]>,
+) -> [Mat<f64>; 4] {
+    let mut found = piece.pull_back(loads.iter().copied());
+    if let Some(by_bends) = by_bends {
+        let by_bends = by_bends.map(|x| entries(x.as_ref()));
+        let more = piece.pull_back_start(by_bends.each_ref().map(Vec::as_slice));
+        for (sum, x) in found.iter_mut().zip(&more) {
+            add(sum, 1.0, x);
+        }
+    }
+    let n = piece.frame(0).nrows();
+    found.map(|x| columns(&x, n).to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cubic::linear_series::tests::{flow, tangent};
+    use crate::cubic::linear_flow::tests::{flow, tangent};
     use crate::linalg::structure::norm;
 
     const SHAPES: [[usize; 2]; 10] = [
@@ -184,14 +233,18 @@ mod tests {
     const TIMES: [f64; 6] = [0.3, 0.0, 1.0, 0.71, 1.2, -0.1];
 
     /// Tangent vectors for the ends of a curve, and cotangents.
-    fn data(cubic: &LinearCubic, end: &Mat<f64>) -> ([Mat<f64>; 4], Vec<Mat<f64>>) {
+    fn data(cubic: &LinearCubic, end: MatRef<'_, f64>) -> ([Mat<f64>; 4], Vec<Mat<f64>>) {
         let (n, k) = (cubic.flow.frame.nrows(), cubic.flow.blocks().k);
         let raw = |which: usize| {
             let entry = |i: usize, j: usize| (1.3 * (i + n * j + 7 * which) as f64).sin();
             Mat::from_fn(n, k, entry)
         };
         let ends: [Mat<f64>; 4] = std::array::from_fn(|i| {
-            let frame = if i < 2 { &cubic.flow.frame } else { end };
+            let frame = if i < 2 {
+                cubic.flow.frame.as_ref()
+            } else {
+                end
+            };
             tangent(cubic.flow.data.quotient, frame.subcols(0, k), &raw(i))
         });
         (ends, (4..4 + TIMES.len()).map(raw).collect())
@@ -204,30 +257,33 @@ mod tests {
 
     /// Compares the method at Gauss nodes with series.
     fn check(flow: LinearFlow, what: &str) {
-        let series = &LinearPiece::new(flow.clone(), Interrupt::NEVER).unwrap();
-        let cubic = LinearCubic {
-            collocated: Collocated::new(&flow, Interrupt::NEVER).unwrap(),
+        let [series, cubic] = [false, true].map(|is_collocated| LinearCubic {
+            collocated: match is_collocated {
+                true => Collocated::new(&flow, Interrupt::NEVER).unwrap(),
+                false => None,
+            },
             series: OnceLock::new(),
-            flow,
-        };
+            flow: flow.clone(),
+        });
         assert!(cubic.collocated.is_some(), "{what}");
-        let (z, cotangents) = data(&cubic, series.end());
-        let found = cubic.at_start(&z, Interrupt::NEVER).unwrap();
-        let expected = series.at_start(&z);
+        let end = series.series(Interrupt::NEVER).unwrap().frame(1);
+        let (z, cotangents) = data(&cubic, end);
+        let [expected, found] =
+            [&series, &cubic].map(|cubic| cubic.at_start(&z, Interrupt::NEVER).unwrap());
         let scale = expected.iter().map(|x| norm(x.as_ref())).sum::<f64>();
         for (found, expected) in found.iter().zip(&expected) {
             assert_close(found, expected, scale, what);
         }
-        let found = cubic.points(&z, &TIMES, Interrupt::NEVER).unwrap();
-        let expected = series.points(&z, &TIMES, Interrupt::NEVER).unwrap();
+        let [expected, found] =
+            [&series, &cubic].map(|cubic| cubic.points(&z, &TIMES, Interrupt::NEVER).unwrap());
         for (found, expected) in found.iter().zip(&expected) {
             assert_close(found, expected, 10.0 * norm(expected.as_ref()), what);
         }
         let views: Vec<MatRef<'_, f64>> = cotangents.iter().map(|x| x.as_ref()).collect();
-        let gradient = cubic.pull_back(&TIMES, &views, Interrupt::NEVER).unwrap();
-        let expected = series.pull_back(&TIMES, &views, Interrupt::NEVER).unwrap();
+        let [expected, found] = [&series, &cubic]
+            .map(|cubic| cubic.pull_back(&TIMES, &views, Interrupt::NEVER).unwrap());
         let scale = expected.iter().map(|x| norm(x.as_ref())).sum::<f64>();
-        for (found, expected) in gradient.iter().zip(&expected) {
+        for (found, expected) in found.iter().zip(&expected) {
             assert_close(found, expected, scale, what);
         }
     }
@@ -275,7 +331,7 @@ mod tests {
             series: OnceLock::new(),
             flow,
         };
-        let (z, _) = data(&cubic, &cubic.flow.frame);
+        let (z, _) = data(&cubic, cubic.flow.frame.as_ref());
         let expected = cubic.at_start(&z, Interrupt::NEVER).unwrap();
         for size in [1e-200, 1e-160, 1e160, 1e300] {
             let scaled = z.each_ref().map(|z| z * faer::Scale(size));
@@ -292,6 +348,6 @@ mod tests {
         let flow = flow([3, 1], 0.0, 12.0, Quotient::Frames);
         let collocated = Collocated::new(&flow, Interrupt::NEVER).unwrap();
         assert!(collocated.is_none());
-        assert!(LinearPiece::new(flow, Interrupt::NEVER).is_ok());
+        assert!(LinearPiece::new(Start::of_flow(&flow), Interrupt::NEVER).is_ok());
     }
 }

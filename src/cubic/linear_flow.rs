@@ -42,7 +42,7 @@ use crate::linalg::structure::{check_finite, check_range, check_shape};
 use crate::space::Quotient;
 
 /// Quantity named in `Overflow` errors.
-pub(super) const VARIATION: &str = "variation of a Riemannian cubic";
+pub(crate) const VARIATION: &str = "variation of a Riemannian cubic";
 
 /// The linearised flow from the start of a curve.
 #[derive(Debug, Clone)]
@@ -315,4 +315,61 @@ pub(crate) fn check_cotangents(
         check_finite(NAME, *cotangent)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::{Stiefel, linalg::structure::norm};
+
+    /// Pseudorandom numbers between -1 and 1.
+    fn numbers(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            ((state >> 11) as f64) / (1_u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// The tangent part of a matrix at a point.
+    pub(in crate::cubic) fn tangent(
+        quotient: Quotient,
+        s: MatRef<'_, f64>,
+        x: &Mat<f64>,
+    ) -> Mat<f64> {
+        let inner = s.transpose() * x;
+        match quotient {
+            Quotient::Frames => x - s * (&inner + inner.transpose()) * Scale(0.5),
+            Quotient::Subspaces => x - s * inner,
+        }
+    }
+
+    /// The flow of a curve from a random point, whose velocity has the given size.
+    pub(in crate::cubic) fn flow(
+        [n, k]: [usize; 2],
+        tension: f64,
+        speed: f64,
+        quotient: Quotient,
+    ) -> LinearFlow {
+        let mut next = numbers(7 + n as u64);
+        let manifold = Stiefel::new(n, k).unwrap();
+        let raw = Mat::from_fn(n, k, |_, _| next());
+        let s = manifold.project(raw.as_ref()).unwrap();
+        let vectors = [1.0, 2.0, 3.0].map(|size: f64| {
+            let raw = Mat::from_fn(n, k, |_, _| next());
+            let v = tangent(quotient, s.as_ref(), &raw);
+            let unit = norm(v.as_ref());
+            // A curve without degrees of freedom has none.
+            let factor = if unit == 0.0 {
+                0.0
+            } else {
+                size * speed.powf(size) / unit
+            };
+            v * Scale(factor)
+        });
+        let [v, a, j] = vectors.each_ref().map(|x| x.as_ref());
+        LinearFlow::new([s.as_ref(), v, a, j], tension, quotient).unwrap()
+    }
 }

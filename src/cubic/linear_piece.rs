@@ -1,38 +1,61 @@
 //! A linearised cubic: variations in terms of those of points and velocities at its ends, forward and transposed.
 //!
 //! A variation of the ends is described by displacements `u` and by the rest of the velocities' variation, relative to
-//! the rotations that cause the displacements: `dV = A(u) V + w`. All are tangent vectors, shape `(n, k)`. In the span
-//! of the curve they satisfy one linear system, and every row outside it satisfies another one, of `4k` equations.
+//! the rotations that cause the displacements: `dV = A(u) V + w`. All are tangent vectors, shape `(n, k)`, by columns. In the
+//! span of the curve they satisfy one linear system, and every row outside it satisfies another one, of `4k` equations.
 
-use faer::{Mat, MatRef, Scale};
+use std::sync::Arc;
+
+use faer::{Mat, MatRef};
+use rayon::prelude::*;
 
 use super::blocks::Sized;
-use super::end_stiffness::end_stiffness;
-use super::initial::Horizontal;
-use super::linear_flow::{LinearFlow, VARIATION, side_by_side};
-use super::linear_series::{LinearSeries, rows_outside};
-use super::packing::{pack, unpack};
+use super::linear_layout::Layout;
+use super::linear_start::Start;
+use super::packing::{entries, pack_gradient, read_vector, write_vector};
+use crate::curve::barycentric::Barycentric;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::structure::{check_range, row_by_row};
-use crate::space::Quotient;
+use crate::linalg::field::accumulate;
+use crate::linalg::lanes::LANES;
+use crate::linalg::product::{columns, columns_mut, mul_add, mul_into};
+use crate::linalg::structure::row_by_row;
+use crate::shooting::{LinearCurve, Part};
 
-/// Dimension up to which the series are kept, for variations of points. Above it they would take more memory than
-/// everything else, and variations of points are integrated.
-pub(crate) const DENSE: usize = 64;
+/// Displacement and change of the velocity, at the start and at the end.
+pub(crate) type Ends = [Vec<f64>; 4];
 
 /// A cubic on `[0, 1]`, linearised.
 #[derive(Debug)]
 pub(crate) struct LinearPiece {
-    flow: LinearFlow,
-    /// The frame at the end, shape `(n, r)`.
-    end: Mat<f64>,
-    series: Option<LinearSeries>,
-    /// The second derivative of half the cost in the span, shape `(4 d, 4 d)`.
-    inner: Mat<f64>,
-    /// The second derivative of half the cost for a row outside the span, shape `(4 k, 4 k)`; `None` if the span is all
-    /// of `R^n`.
-    outer: Option<Mat<f64>>,
+    n: usize,
+    blocks: Sized,
+    tension: f64,
+    /// The frames at both ends, shape `(n, r)` by columns, whose columns span the curve.
+    frames: [Vec<f64>; 2],
+    inside: Response,
+    /// The response in a row outside the span; `None` if the span is all of `R^n`.
+    outside: Option<Response>,
+    parts: Vec<Place>,
+}
+
+/// The response to `(u_0, w_0, u_1, w_1)`, each of a number of coordinates, in row-major order.
+#[derive(Debug)]
+struct Response {
+    /// The second derivative of half the cost.
+    stiffness: Vec<f64>,
+    /// Displacements at the points of every part.
+    displacements: Vec<Vec<f64>>,
+}
+
+/// The points of a part of the curve.
+#[derive(Debug)]
+struct Place {
+    start: f64,
+    length: f64,
+    through: Arc<Barycentric>,
+    /// Frames relative to the one at the start, shape `(r, r)` by rows.
+    frames: Vec<f64>,
 }
 
 impl LinearPiece {
@@ -40,256 +63,455 @@ impl LinearPiece {
     ///
     /// # Errors
     /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
-    pub(super) fn new(flow: LinearFlow, interrupt: Interrupt<'_>) -> Result<Self> {
-        let series = LinearSeries::new(&flow, interrupt)?;
-        Self::of_series(flow, series)
+    pub(super) fn new(start: Start, interrupt: Interrupt<'_>) -> Result<Self> {
+        let layout = Layout::of(start.blocks, start.has_rows());
+        let vectors = layout.vectors(&start);
+        let curve = LinearCurve::new(layout.shape, vectors, start.tension, interrupt)?;
+        Ok(Self::of_curve(start, &layout, curve))
     }
 
-    /// Linearises several cubics on one manifold, eight at once if that is quicker, from point, velocity, covariant
-    /// acceleration and covariant jerk at their starts, shape `(n, k)`, and their tensions.
+    /// Linearises several cubics on one manifold, eight at once if that is quicker.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, and the errors of [`LinearPiece::new`].
-    pub(crate) fn all(
-        states: &[[MatRef<'_, f64>; 4]],
-        tensions: &[f64],
-        quotient: Quotient,
-        interrupt: Interrupt<'_>,
-    ) -> Result<Vec<Self>> {
-        let flows = states.iter().zip(tensions);
-        let flows = flows.map(|(state, tension)| LinearFlow::new(*state, *tension, quotient));
-        let flows: Vec<LinearFlow> = flows.collect::<Result<_>>()?;
-        let series = LinearSeries::all(&flows, interrupt)?;
-        let pieces = flows.into_iter().zip(series);
-        pieces
-            .map(|(flow, series)| Self::of_series(flow, series))
-            .collect()
+    /// As [`LinearPiece::new`].
+    pub(crate) fn all(starts: Vec<Start>, interrupt: Interrupt<'_>) -> Result<Vec<Self>> {
+        // Curves that need about equally many terms together.
+        let mut sorted: Vec<(usize, Start)> = starts.into_iter().enumerate().collect();
+        sorted.sort_by_cached_key(|(_, start)| (start.blocks.m, start.speed().to_bits()));
+        let mut groups: Vec<Vec<(usize, Start)>> = Vec::new();
+        for (index, start) in sorted {
+            match groups.last_mut() {
+                Some(group) if group.len() < LANES && group[0].1.blocks.m == start.blocks.m => {
+                    group.push((index, start));
+                }
+                _ => groups.push(vec![(index, start)]),
+            }
+        }
+        let linear = |group: Vec<(usize, Start)>| {
+            let layout = Layout::of(group[0].1.blocks, group[0].1.has_rows());
+            let vectors = group
+                .iter()
+                .map(|(_, start)| layout.vectors(start))
+                .collect();
+            let tensions: Vec<f64> = group.iter().map(|(_, start)| start.tension).collect();
+            let curves = LinearCurve::abreast(layout.shape, vectors, &tensions, interrupt)?;
+            let pieces = group.into_iter().zip(curves);
+            let piece = |((index, start), curve)| (index, Self::of_curve(start, &layout, curve));
+            Ok(pieces.map(piece).collect())
+        };
+        let found: Vec<Vec<(usize, Self)>> =
+            groups.into_par_iter().map(linear).collect::<Result<_>>()?;
+        let mut pieces: Vec<(usize, Self)> = found.into_iter().flatten().collect();
+        pieces.sort_unstable_by_key(|(index, _)| *index);
+        Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
     }
 
-    fn of_series(flow: LinearFlow, series: LinearSeries) -> Result<Self> {
-        let [inside, row] = series.flows();
-        let outer = || end_stiffness(&row);
-        Ok(LinearPiece {
-            outer: flow.has_rows().then(outer).transpose()?,
-            end: series.end(&flow),
-            inner: end_stiffness(&inside)?,
-            series: (flow.blocks().dim() <= DENSE).then_some(series),
-            flow,
-        })
+    fn of_curve(start: Start, layout: &Layout, curve: LinearCurve) -> Self {
+        let LinearCurve {
+            frame,
+            stiffness,
+            parts,
+        } = curve;
+        let r = start.blocks.m + start.blocks.k;
+        let n = start.frame.len() / r;
+        let mut last = vec![0.0; n * r];
+        let frame = layout.frames(&frame, r);
+        let relative = MatRef::from_row_major_slice(&frame, r, r);
+        mul_into(
+            columns_mut(&mut last, n),
+            1.0,
+            columns(&start.frame, n),
+            relative,
+        );
+        let response = |which: &[usize]| Response {
+            stiffness: layout.selected(&stiffness, which),
+            displacements: parts
+                .iter()
+                .map(|part| layout.selected(&part.displacements, which))
+                .collect(),
+        };
+        let inside = response(&layout.inside);
+        let outside = layout.has_row().then(|| response(&layout.row));
+        let place = |part: Part| Place {
+            start: part.start,
+            length: part.length,
+            frames: layout.frames(&part.frames, r),
+            through: part.through,
+        };
+        LinearPiece {
+            n,
+            blocks: start.blocks,
+            tension: start.tension,
+            frames: [start.frame, last],
+            inside,
+            outside,
+            parts: parts.into_iter().map(place).collect(),
+        }
     }
 
     /// The change of the gradient of half the cost, `(x''_0, -x'_0, -x''_1, x'_1)`, for `(u_0, w_0, u_1, w_1)`, as
     /// tangent vectors; in tension with `x'' - tau x` in place of `x''`.
-    pub(crate) fn stiffness(&self, z: &[Mat<f64>; 4]) -> [Mat<f64>; 4] {
-        let mut out = self.product(z, |matrix| matrix.as_ref());
-        out[0] -= &z[1] * self.tension();
-        out[2] += &z[3] * self.tension();
-        out
-    }
-
-    /// The product of the second derivative, optionally transposed, with two tangent vectors at the start and two at
-    /// the end.
-    fn product(
-        &self,
-        z: &[Mat<f64>; 4],
-        view: impl Fn(&Mat<f64>) -> MatRef<'_, f64>,
-    ) -> [Mat<f64>; 4] {
-        self.lifted(&self.multiplied(&view(&self.inner), z), z, view)
-    }
-
-    /// The components in the span of two tangent vectors at the start and two at the end.
-    fn inside(&self, z: &[Mat<f64>; 4]) -> [Horizontal; 4] {
-        let frames = self.frames();
-        std::array::from_fn(|i| Horizontal::of_tangent(frames[i].as_ref(), z[i].as_ref()))
-    }
-
-    /// The product of a matrix in the span with these components.
-    fn multiplied(&self, matrix: &MatRef<'_, f64>, z: &[Mat<f64>; 4]) -> [Horizontal; 4] {
-        let blocks = self.flow.blocks();
-        let packed = pack(blocks, &self.inside(z));
-        let found = matrix * MatRef::from_column_major_slice(&packed, packed.len(), 1);
-        unpack(found.col_as_slice(0), blocks)
-    }
-
-    /// Tangent vectors from their components in the span and the rows outside it.
-    fn lifted(
-        &self,
-        found: &[Horizontal; 4],
-        z: &[Mat<f64>; 4],
-        view: impl Fn(&Mat<f64>) -> MatRef<'_, f64>,
-    ) -> [Mat<f64>; 4] {
-        let frames = self.frames();
-        let mut out: [Mat<f64>; 4] = std::array::from_fn(|i| frames[i] * found[i].tangent());
-        if let Some(outer) = &self.outer {
-            let z = z.each_ref().map(|x| x.as_ref());
-            let rows = self.flow.off(side_by_side(&z)) * view(outer).transpose();
-            let k = self.flow.blocks().k;
-            for (part, out) in out.iter_mut().enumerate() {
-                *out += rows.subcols(part * k, k);
+    pub(crate) fn stiffness(&self, z: [&[f64]; 4]) -> Ends {
+        let mut out = self.product(z, |matrix| matrix);
+        for (to, from, tau) in [(0, 1, -self.tension), (2, 3, self.tension)] {
+            if tau != 0.0 {
+                add(&mut out[to], tau, z[from]);
             }
         }
         out
     }
 
-    /// The frame at the end, shape `(n, r)`.
-    #[cfg(test)]
-    pub(super) fn end(&self) -> &Mat<f64> {
-        &self.end
-    }
-
-    fn frames(&self) -> [&Mat<f64>; 4] {
-        [&self.flow.frame, &self.flow.frame, &self.end, &self.end]
-    }
-
     /// The changes of `x'` and `x''` at the start for `(u_0, w_0, u_1, w_1)`.
-    pub(crate) fn at_start(&self, z: &[Mat<f64>; 4]) -> [Mat<f64>; 2] {
-        let [pull, minus_a, ..] = self.stiffness(z);
-        [-minus_a, pull + &z[1] * self.tension()]
+    pub(super) fn at_start(&self, z: [&[f64]; 4]) -> [Vec<f64>; 2] {
+        let [second, mut first, ..] = self.product(z, |matrix| matrix);
+        first.iter_mut().for_each(|x| *x = -*x);
+        [first, second]
     }
 
-    fn tension(&self) -> Scale<f64> {
-        Scale(self.flow.data.tension)
+    /// The gradient with respect to `(u_0, w_0, u_1, w_1)` of a function of `x'` and `x''` at the start with the given one.
+    pub(super) fn pull_back_start(&self, [by_first, by_second]: [&[f64]; 2]) -> Ends {
+        let first: Vec<f64> = by_first.iter().map(|x| -x).collect();
+        let zero = vec![0.0; first.len()];
+        self.product([by_second, &first, &zero, &zero], |matrix| {
+            matrix.transpose()
+        })
     }
 
-    /// The variations of the points at given times for `(u_0, w_0, u_1, w_1)`.
-    ///
-    /// # Errors
-    /// `Overflow`; for times outside `[0, 1]`, and above [`DENSE`] dimensions, also `TooManySteps`, `Interrupted`.
-    pub(crate) fn points(
-        &self,
-        z: &[Mat<f64>; 4],
-        times: &[f64],
-        interrupt: Interrupt<'_>,
-    ) -> Result<Vec<Mat<f64>>> {
-        let [a, b] = self.at_start(z);
-        let start = [z[0].clone(), z[1].clone(), a, b];
-        let Some(series) = &self.series else {
-            return self.flow.points(&start, times, interrupt);
-        };
-        let beyond: Vec<f64> = times.iter().copied().filter(|t| !is_on(*t)).collect();
-        let mut beyond = self.flow.points(&start, &beyond, interrupt)?.into_iter();
-        let rows = rows_outside(&self.flow, &start);
-        let start = start
-            .each_ref()
-            .map(|x| Horizontal::of_tangent(self.flow.frame.as_ref(), x.as_ref()));
-        let start = pack(self.flow.blocks(), &start);
+    /// The product of the second derivative, optionally transposed, with two tangent vectors at the start and two at the
+    /// end.
+    fn product(&self, z: [&[f64]; 4], view: fn(MatRef<'_, f64>) -> MatRef<'_, f64>) -> Ends {
+        let [size, width] = [self.blocks.dim(), self.blocks.k].map(|d| 4 * d);
+        let mut found = vec![0.0; size];
+        if size > 0 {
+            let matrix = MatRef::from_row_major_slice(&self.inside.stiffness, size, size);
+            let z = self.coordinates(z);
+            mul_into(
+                columns_mut(&mut found, size),
+                1.0,
+                view(matrix),
+                columns(&z, size),
+            );
+        }
+        let rows = self.outside.as_ref().map(|outside| {
+            let matrix = MatRef::from_row_major_slice(&outside.stiffness, width, width);
+            let (off, mut rows) = (self.outside(&z), vec![0.0; self.n * width]);
+            let by_ends = view(matrix).transpose();
+            mul_into(
+                columns_mut(&mut rows, self.n),
+                1.0,
+                columns(&off, self.n),
+                by_ends,
+            );
+            rows
+        });
+        self.lifted(&found, rows.as_deref())
+    }
+
+    /// The variations of the points at given times in `[0, 1]` for `(u_0, w_0, u_1, w_1)`.
+    pub(crate) fn points(&self, z: [&[f64]; 4], times: &[f64]) -> Vec<Vec<f64>> {
+        let (n, Sized { k, .. }, r) = (self.n, self.blocks, self.r());
+        let coordinates = self.coordinates(z);
+        let off = self.outside.as_ref().map(|_| self.outside(&z));
+        let mut at_points: Vec<Vec<f64>> = vec![Vec::new(); self.parts.len()];
+        let mut factors = Vec::new();
         let point = |t: &f64| {
-            let point = match is_on(*t) {
-                true => series.point(&self.flow, *t, &start, rows.as_ref()),
-                false => beyond.next().expect("a point for every time beyond"),
+            let mut out = vec![0.0; n * k];
+            let Some(part) = self.part_at(*t, &mut factors) else {
+                return out;
             };
-            check_range(VARIATION, point.as_ref())?;
-            Ok(point)
+            if at_points[part].is_empty() {
+                at_points[part] = self.displaced(part, &coordinates);
+            }
+            let mut low = vec![0.0; r * k];
+            for (factor, x) in factors.iter().zip(at_points[part].chunks_exact(r * k)) {
+                add(&mut low, *factor, x);
+            }
+            mul_into(
+                columns_mut(&mut out, n),
+                1.0,
+                self.frame(0),
+                columns(&low, r),
+            );
+            if let (Some(outside), Some(off)) = (&self.outside, &off) {
+                let flow = self.row_response(outside, part, &factors);
+                let flow = MatRef::from_row_major_slice(&flow, k, 4 * k);
+                mul_add(
+                    columns_mut(&mut out, n),
+                    1.0,
+                    columns(off, n),
+                    flow.transpose(),
+                );
+            }
+            out
         };
         times.iter().map(point).collect()
     }
 
     /// The gradient with respect to `(u_0, w_0, u_1, w_1)`, as tangent vectors, of `sum tr(W^T S(t))` over cotangents
-    /// `W` at given times `t`.
-    ///
-    /// # Errors
-    /// As [`LinearPiece::points`].
-    pub(crate) fn pull_back(
+    /// `W` at given times `t` in `[0, 1]`.
+    pub(crate) fn pull_back<'a>(
         &self,
-        times: &[f64],
-        cotangents: &[MatRef<'_, f64>],
-        interrupt: Interrupt<'_>,
-    ) -> Result<[Mat<f64>; 4]> {
-        let Some(series) = &self.series else {
-            return self.pull_back_by_products(times, cotangents, interrupt);
-        };
-        let loads = times.iter().copied().zip(cotangents.iter().copied());
-        let (mut on, beyond): (Vec<Load<'_>>, Vec<Load<'_>>) =
-            loads.partition(|load| is_on(load.0));
-        on.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let mut by_start = series.pull_back(&self.flow, &on);
-        if !beyond.is_empty() {
-            let (times, cotangents): (Vec<f64>, Vec<MatRef<'_, f64>>) = beyond.into_iter().unzip();
-            let eta = self.flow.collected(&times, &cotangents, interrupt)?;
-            for (sum, part) in by_start.iter_mut().zip(self.flow.gradient(&eta)) {
-                *sum += part;
+        loads: impl Iterator<Item = (f64, MatRef<'a, f64>)>,
+    ) -> Ends {
+        let (n, Sized { k, .. }, r) = (self.n, self.blocks, self.r());
+        let mut sums: Vec<Vec<f64>> = vec![Vec::new(); self.parts.len()];
+        let mut rows = self.outside.as_ref().map(|_| vec![0.0; 4 * n * k]);
+        let (mut low, mut factors) = (vec![0.0; r * k], Vec::new());
+        for (t, cotangent) in loads {
+            let Some(part) = self.part_at(t, &mut factors) else {
+                continue;
+            };
+            mul_into(
+                columns_mut(&mut low, r),
+                1.0,
+                self.frame(0).transpose(),
+                cotangent,
+            );
+            let sums = &mut sums[part];
+            sums.resize(factors.len() * r * k, 0.0);
+            for (factor, sum) in factors.iter().zip(sums.chunks_exact_mut(r * k)) {
+                add(sum, *factor, &low);
+            }
+            if let (Some(outside), Some(rows)) = (&self.outside, &mut rows) {
+                let mut off = entries(cotangent);
+                self.leave_span(0, &mut off);
+                let flow = self.row_response(outside, part, &factors);
+                let flow = MatRef::from_row_major_slice(&flow, k, 4 * k);
+                mul_add(columns_mut(rows, n), 1.0, columns(&off, n), flow);
             }
         }
-        // The changes `(a, b)` at the start follow from the changes of the ends, as in `at_start`.
-        let [by_p, by_w, by_a, by_b] = by_start;
-        let zero = Mat::zeros(by_p.nrows(), by_p.ncols());
-        let forces = [by_b, -by_a, zero.clone(), zero];
-        let mut out = self.product(&forces, |matrix| matrix.transpose());
-        out[0] += by_p;
-        out[1] += by_w;
-        Ok(out)
+        let found = self.gathered(&sums);
+        self.lifted(&found, rows.as_deref())
     }
 
-    /// The same without series: a second variation, of the ends, is added to the variation that collects the cotangents
-    /// so that the sum vanishes at the end; the accelerations of the sum are the gradient.
-    fn pull_back_by_products(
-        &self,
-        times: &[f64],
-        cotangents: &[MatRef<'_, f64>],
-        interrupt: Interrupt<'_>,
-    ) -> Result<[Mat<f64>; 4]> {
-        let [p, w, a, b] = self.flow.collected(times, cotangents, interrupt)?;
-        let zero = Mat::zeros(p.nrows(), p.ncols());
-        let pull = b - &w * self.tension();
-        let [f, g, h, i] = self.stiffness(&[p, w, zero.clone(), zero]);
-        Ok([pull - f, -a - g, -h, -i])
+    /// The gradient by the coordinates of `(u_0, w_0, u_1, w_1)`, from sums of cotangents at the points of all parts, in
+    /// coordinates of the frame at the start.
+    fn gathered(&self, sums: &[Vec<f64>]) -> Vec<f64> {
+        let (blocks, r, d) = (self.blocks, self.r(), self.blocks.dim());
+        let mut found = vec![0.0; 4 * d];
+        let mut turned = vec![0.0; r * blocks.k];
+        for ((sums, place), by_ends) in sums.iter().zip(&self.parts).zip(&self.inside.displacements)
+        {
+            let frames = place.frames.chunks_exact(r * r);
+            let points = frames.zip(sums.chunks_exact(r * blocks.k));
+            for ((frame, sum), by_ends) in points.zip(by_ends.chunks_exact(4 * d * d)) {
+                let frame = MatRef::from_row_major_slice(frame, r, r);
+                mul_into(
+                    columns_mut(&mut turned, r),
+                    1.0,
+                    frame.transpose(),
+                    columns(sum, r),
+                );
+                let gradient = pack_gradient(blocks, |i, j| turned[i + r * j]);
+                for (x, row) in gradient.iter().zip(by_ends.chunks_exact(4 * d)) {
+                    add(&mut found, *x, row);
+                }
+            }
+        }
+        found
+    }
+
+    /// Displacements at the points of a part, tangent vectors in coordinates of the frame at the start, shape `(r, k)`.
+    fn displaced(&self, part: usize, coordinates: &[f64]) -> Vec<f64> {
+        let (blocks, r, d) = (self.blocks, self.r(), self.blocks.dim());
+        let by_ends = &self.inside.displacements[part];
+        let mut all = vec![0.0; by_ends.len() / (4 * d)];
+        accumulate(by_ends, 4 * d, coordinates, 1, &mut all);
+        let frames = self.parts[part].frames.chunks_exact(r * r);
+        let mut out = vec![0.0; r * blocks.k * self.parts[part].through.len()];
+        let mut tangent = vec![0.0; r * blocks.k];
+        let points = frames.zip(all.chunks_exact(d));
+        for ((frame, x), out) in points.zip(out.chunks_exact_mut(r * blocks.k)) {
+            write_vector(&mut tangent, x, r, blocks);
+            let frame = MatRef::from_row_major_slice(frame, r, r);
+            mul_into(columns_mut(out, r), 1.0, frame, columns(&tangent, r));
+        }
+        out
+    }
+
+    /// The displacement of a row outside the span by `(u_0, w_0, u_1, w_1)` there, shape `(k, 4 k)`.
+    fn row_response(&self, outside: &Response, part: usize, factors: &[f64]) -> Vec<f64> {
+        let size = 4 * self.blocks.k * self.blocks.k;
+        let mut out = vec![0.0; size];
+        let points = outside.displacements[part].chunks_exact(size);
+        for (factor, x) in factors.iter().zip(points) {
+            add(&mut out, *factor, x);
+        }
+        out
+    }
+
+    /// The part of the curve at a time, and the factors of the values at its points; `None` if points cannot move.
+    fn part_at(&self, t: f64, factors: &mut Vec<f64>) -> Option<usize> {
+        let after = |place: &Place| place.start <= t;
+        let part = self.parts.partition_point(after).saturating_sub(1);
+        let place = self.parts.get(part)?;
+        factors.resize(place.through.len(), 0.0);
+        place
+            .through
+            .factors_into((t - place.start) / place.length, factors);
+        Some(part)
+    }
+
+    /// Coordinates in the span of two tangent vectors at the start and two at the end.
+    fn coordinates(&self, z: [&[f64]; 4]) -> Vec<f64> {
+        let (r, d) = (self.r(), self.blocks.dim());
+        let mut out = vec![0.0; 4 * d];
+        let mut low = vec![0.0; r * self.blocks.k];
+        for (i, z) in z.into_iter().enumerate() {
+            let frame = self.frame(i / 2);
+            mul_into(
+                columns_mut(&mut low, r),
+                1.0,
+                frame.transpose(),
+                columns(z, self.n),
+            );
+            read_vector(&low, &mut out[i * d..], r, self.blocks);
+        }
+        out
+    }
+
+    /// The parts of four tangent vectors outside the span, side by side.
+    fn outside(&self, z: &[&[f64]; 4]) -> Vec<f64> {
+        let mut off = z.concat();
+        self.leave_span(0, &mut off);
+        off
+    }
+
+    /// Subtracts the part of columns in the span.
+    fn leave_span(&self, end: usize, columns_of: &mut [f64]) {
+        let (n, frame) = (self.n, self.frame(end));
+        for _ in 0..2 {
+            let along: Mat<f64> = frame.transpose() * columns(columns_of, n);
+            mul_add(columns_mut(columns_of, n), -1.0, frame, &along);
+        }
+    }
+
+    /// Tangent vectors from their coordinates in the span, and the rows outside it side by side.
+    fn lifted(&self, coordinates: &[f64], rows: Option<&[f64]>) -> Ends {
+        let (n, r, d, k) = (self.n, self.r(), self.blocks.dim(), self.blocks.k);
+        let mut low = vec![0.0; r * k];
+        std::array::from_fn(|i| {
+            let mut out = match rows {
+                Some(rows) => rows[i * n * k..][..n * k].to_vec(),
+                None => vec![0.0; n * k],
+            };
+            write_vector(&mut low, &coordinates[i * d..], r, self.blocks);
+            mul_add(
+                columns_mut(&mut out, n),
+                1.0,
+                self.frame(i / 2),
+                columns(&low, r),
+            );
+            out
+        })
+    }
+
+    /// The frame at an end, shape `(n, r)`.
+    pub(super) fn frame(&self, end: usize) -> MatRef<'_, f64> {
+        columns(&self.frames[end], self.n)
+    }
+
+    /// Whether displacements can be computed.
+    pub(crate) fn has_points(&self) -> bool {
+        !self.parts.is_empty() || self.blocks.dim() == 0
+    }
+
+    fn r(&self) -> usize {
+        self.blocks.m + self.blocks.k
     }
 
     /// The second derivative of half the cost with respect to the velocities at both ends (rows and columns), in frames
     /// of shape `(n, r)` whose span contains the curve; shape `(d, d)` each, in row-major order.
-    pub(crate) fn by_velocities(&self, frames: [&Mat<f64>; 2]) -> [[Vec<f64>; 2]; 2] {
-        let Sized { m, k, quotient, .. } = self.flow.blocks();
+    pub(crate) fn by_velocities(&self, frames: [MatRef<'_, f64>; 2]) -> [[Vec<f64>; 2]; 2] {
+        let Sized { m, k, quotient, .. } = self.blocks;
         let (wide, half) = (frames[0].ncols() - k, quotient.turns(k));
-        let (own, given) = (half + m * k, half + wide * k);
+        let given = half + wide * k;
         let normals = frames.map(|frame| frame.subcols(k, wide));
-        let carried: [Mat<f64>; 2] = std::array::from_fn(|end| {
-            let frame = [&self.flow.frame, &self.end][end];
-            let low = frame.subcols(k, m).transpose() * normals[end];
-            Mat::from_fn(own, given, |i, j| {
-                match (i.checked_sub(half), j.checked_sub(half)) {
-                    (None, None) if i == j => 1.0,
-                    (Some(i), Some(j)) if i / m == j / wide => low[(i % m, j % wide)],
-                    _ => 0.0,
-                }
-            })
+        let products: [Vec<f64>; 2] = std::array::from_fn(|end| {
+            let mut low = vec![0.0; wide * m];
+            if m * wide > 0 {
+                let own = self.frame(end).subcols(k, m);
+                mul_into(
+                    columns_mut(&mut low, wide),
+                    1.0,
+                    normals[end].transpose(),
+                    own,
+                );
+            }
+            low
         });
+        let carry = |row: &[f64], end: usize, out: &mut [f64]| {
+            out[..half].copy_from_slice(&row[..half]);
+            let columns = row[half..].chunks_exact(m.max(1));
+            for (column, out) in columns.zip(out[half..].chunks_exact_mut(wide.max(1))) {
+                for (x, low) in column.iter().zip(products[end].chunks_exact(wide.max(1))) {
+                    add(out, *x, low);
+                }
+            }
+        };
         by_ends(|row, column| {
-            let inner = block(&self.inner, row, column) * &carried[column];
-            let mut out = carried[row].transpose() * inner;
-            if let Some(outer) = &self.outer {
-                let off = normals[row].transpose() * self.flow.off(normals[column].to_owned());
-                let outer = block(outer, row, column);
+            let block = self.inside.of_velocities(row, column);
+            let own = block.nrows();
+            let [mut line, mut carried] = [own, given].map(|size| vec![0.0; size]);
+            // Rows to the given coordinates, then columns.
+            let mut half_way = vec![0.0; own * given];
+            for (i, out) in half_way.chunks_exact_mut(given.max(1)).enumerate() {
+                line.iter_mut()
+                    .enumerate()
+                    .for_each(|(j, x)| *x = block[(i, j)]);
+                carry(&line, column, out);
+            }
+            let mut out = vec![0.0; given * given];
+            for j in 0..given {
+                line.iter_mut()
+                    .enumerate()
+                    .for_each(|(i, x)| *x = half_way[i * given + j]);
+                carried.fill(0.0);
+                carry(&line, row, &mut carried);
+                for (i, x) in carried.iter().enumerate() {
+                    out[i * given + j] = *x;
+                }
+            }
+            if let Some(outside) = &self.outside {
+                let mut off = entries(normals[column]);
+                self.leave_span(0, &mut off);
+                let off: Mat<f64> = normals[row].transpose() * columns(&off, self.n);
+                let outer = outside.of_velocities(row, column);
                 for (i, j) in (0..wide * k).flat_map(|i| (0..wide * k).map(move |j| (i, j))) {
-                    out[(half + i, half + j)] +=
+                    out[(half + i) * given + half + j] +=
                         off[(i % wide, j % wide)] * outer[(i / wide, j / wide)];
                 }
             }
-            row_by_row(out.as_ref()).collect()
+            out
         })
     }
 
     /// The same for a row outside the span of both frames, shape `(k, k)` each; `None` if the span is all of `R^n`.
     pub(crate) fn by_velocity_rows(&self) -> Option<[[Vec<f64>; 2]; 2]> {
-        let outer = self.outer.as_ref()?;
+        let outside = self.outside.as_ref()?;
         Some(by_ends(|row, column| {
-            row_by_row(block(outer, row, column)).collect()
+            row_by_row(outside.of_velocities(row, column)).collect()
         }))
     }
 }
 
-/// A time and a cotangent there.
-pub(super) type Load<'a> = (f64, MatRef<'a, f64>);
-
-pub(super) fn is_on(t: f64) -> bool {
-    (0.0..=1.0).contains(&t)
+impl Response {
+    /// The block of the second derivative belonging to the velocities at two ends.
+    fn of_velocities(&self, row: usize, column: usize) -> MatRef<'_, f64> {
+        let size = self.stiffness.len().isqrt();
+        let d = size / 4;
+        let all = MatRef::from_row_major_slice(&self.stiffness, size, size);
+        all.submatrix((2 * row + 1) * d, (2 * column + 1) * d, d, d)
+    }
 }
 
 fn by_ends<T>(part: impl Fn(usize, usize) -> T) -> [[T; 2]; 2] {
     [[part(0, 0), part(0, 1)], [part(1, 0), part(1, 1)]]
 }
 
-/// The block belonging to the velocities at two ends.
-fn block(matrix: &Mat<f64>, row: usize, column: usize) -> MatRef<'_, f64> {
-    let d = matrix.nrows() / 4;
-    matrix.submatrix((2 * row + 1) * d, (2 * column + 1) * d, d, d)
+/// `sum += factor x`.
+pub(crate) fn add(sum: &mut [f64], factor: f64, x: &[f64]) {
+    for (sum, x) in sum.iter_mut().zip(x) {
+        *sum += factor * x;
+    }
 }

@@ -1,9 +1,8 @@
 //! Vectors of `m` packed as coordinates.
 
-use faer::Mat;
-
 use super::blocks::Sized;
 use super::initial::Horizontal;
+use crate::linalg::product::Readable;
 use crate::space::{Homogeneous, in_space};
 
 /// The coordinates of vectors of `m`, one vector after another: for real vectors the entries of `omega` above the
@@ -73,7 +72,41 @@ pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N
     })
 }
 
+/// Writes the vector `[omega; b]` with the given coordinates, or all of `[[omega, -b^T], [b, 0]]` if there is room for
+/// it.
+pub(crate) fn write_vector(out: &mut [f64], v: &[f64], r: usize, blocks: Sized) {
+    let columns = out.len() / r;
+    out.fill(0.0);
+    let mut write = |i: usize, j: usize, entry: f64| {
+        for ([i, j], entry) in [([i, j], entry), ([j, i], -entry)] {
+            if j < columns {
+                out[i + r * j] = entry;
+            }
+        }
+    };
+    in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
+        let entry = v[p] / space.scale(i, j);
+        write(i, j, entry);
+        if let Some(([i, j], sign)) = space.copy_of(i, j) {
+            write(i, j, entry * sign);
+        }
+    }));
+}
+
+/// Coordinates of the horizontal part of a vector at the first columns of the identity, by columns.
+pub(crate) fn read_vector(vector: &[f64], out: &mut [f64], r: usize, blocks: Sized) {
+    let k = blocks.k;
+    in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
+        let entry = match i < k {
+            true => 0.5 * (vector[i + r * j] - vector[j + r * i]),
+            false => vector[i + r * j],
+        };
+        out[p] = entry * space.scale(i, j);
+    }));
+}
+
 /// The entries in column-major order.
-pub(crate) fn entries(a: &Mat<f64>) -> Vec<f64> {
+pub(crate) fn entries(a: impl Readable) -> Vec<f64> {
+    let a = a.as_mat_ref();
     a.col_iter().flat_map(|c| c.iter().copied()).collect()
 }

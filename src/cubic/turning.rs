@@ -10,6 +10,7 @@
 use faer::{Mat, MatRef, Scale};
 
 use crate::error::{Error, Result};
+use crate::linalg::product::{columns, columns_mut, mul_add, mul_into};
 use crate::linalg::structure::{check_finite, check_shape, norm};
 use crate::manifold::stiefel::TANGENT_TOLERANCE;
 use crate::manifold::tangent::check_vector;
@@ -27,7 +28,11 @@ pub(crate) fn turned(s: MatRef<'_, f64>, ds: MatRef<'_, f64>, y: MatRef<'_, f64>
 /// The matrix `w - S S^T w / 2`, whose entrywise product with a tangent vector sums to the inner product of `w` with
 /// it.
 pub(crate) fn lowered(s: MatRef<'_, f64>, w: MatRef<'_, f64>) -> Mat<f64> {
-    w.to_owned() - s * (s.transpose() * w) * Scale(0.5)
+    let (mut low, k) = (w.to_owned(), s.ncols());
+    let mut inner = vec![0.0; k * k];
+    mul_into(columns_mut(&mut inner, k), 1.0, s.transpose(), w);
+    mul_add(&mut low, -0.5, s, columns(&inner, k));
+    low
 }
 
 /// Gradients with respect to `dS` and `dY` of `<u, dS> + <w, dY - A Y>`, for tangent vectors `u` and `w`.

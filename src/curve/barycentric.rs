@@ -14,6 +14,9 @@
 //! Berrut, Trefethen (2004), "Barycentric Lagrange interpolation", SIAM Review 46, 501-517, eq. (4.2); Wang, Xiang (2012), "On the
 //! convergence rates of Legendre approximation", Math. Comp. 81, 861-877 (weights of Gauss nodes; those with the ends follow).
 
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use super::nodes::Nodes;
 
 /// Nodes including both ends, in increasing order, and their barycentric weights.
@@ -23,7 +26,21 @@ pub(crate) struct Barycentric {
     weights: Vec<f64>,
 }
 
+/// Cache, by the number of nodes.
+static KNOWN: Mutex<BTreeMap<usize, Arc<Barycentric>>> = Mutex::new(BTreeMap::new());
+
 impl Barycentric {
+    pub(crate) fn of(nodes: &Nodes) -> Arc<Self> {
+        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = known.entry(nodes.len());
+        Arc::clone(found.or_insert_with(|| Arc::new(Barycentric::new(nodes))))
+    }
+
+    /// Number of values, at the nodes and at both ends.
+    pub(crate) fn len(&self) -> usize {
+        self.s.len()
+    }
+
     pub(crate) fn new(nodes: &Nodes) -> Self {
         let inner = nodes.s.iter().zip(&nodes.weights);
         let inner = inner.map(|(s, w)| (*s, (w / (4.0 * s * (1.0 - s))).sqrt()));

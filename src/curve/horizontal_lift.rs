@@ -85,7 +85,7 @@ impl Lift {
     pub(super) fn at(start: f64, shape: [usize; 2], turn: Mat<f64>) -> Self {
         Lift {
             shape,
-            through: Arc::new(Barycentric::new(&Nodes::of(NODES))),
+            through: Barycentric::of(&Nodes::of(NODES)),
             pieces: Vec::new(),
             reached: start,
             turn,

@@ -81,60 +81,6 @@ impl Nodes {
     }
 }
 
-/// Integrals from 1/2 of the polynomials that interpolate values at Gauss nodes on `[0, 1]`.
-#[derive(Debug)]
-pub(crate) struct Antiderivative {
-    pub(crate) nodes: Vec<f64>,
-    /// Legendre coefficients of the integral, without the constant, of the polynomial that is one at a node and zero at
-    /// the others; one row per degree from 1 on.
-    series: Vec<f64>,
-    /// Legendre polynomials at 1/2.
-    middle: Vec<f64>,
-}
-
-/// Cache, by the number of nodes.
-static ANTIDERIVATIVES: Mutex<BTreeMap<usize, Arc<Antiderivative>>> = Mutex::new(BTreeMap::new());
-
-impl Antiderivative {
-    pub(crate) fn of(count: usize) -> Arc<Self> {
-        let mut known = ANTIDERIVATIVES
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        let found = known.entry(count);
-        Arc::clone(found.or_insert_with(|| Arc::new(Antiderivative::new(count))))
-    }
-
-    fn new(count: usize) -> Self {
-        let nodes = Nodes::new(count);
-        let mut series = vec![0.0; count * count];
-        for node in 0..count {
-            let integral = integral(&nodes.lagrange(node));
-            for (row, c) in series.chunks_exact_mut(count).zip(&integral[1..]) {
-                row[node] = *c;
-            }
-        }
-        Antiderivative {
-            nodes: nodes.s,
-            series,
-            middle: legendre(count, 0.5),
-        }
-    }
-
-    /// Weights of the values at the nodes in the integral from 1/2 to a time.
-    pub(crate) fn weights_at(&self, s: f64) -> Vec<f64> {
-        let count = self.nodes.len();
-        let mut weights = vec![0.0; count];
-        let basis = legendre(count, s);
-        let changes = basis.iter().zip(&self.middle).map(|(p, q)| p - q);
-        for (row, change) in self.series.chunks_exact(count).zip(changes.skip(1)) {
-            for (weight, c) in weights.iter_mut().zip(row) {
-                *weight += change * c;
-            }
-        }
-        weights
-    }
-}
-
 /// Legendre polynomials of degrees `0..=degree` on `[0, 1]`.
 fn legendre(degree: usize, s: f64) -> Vec<f64> {
     let x = 2.0 * s - 1.0;

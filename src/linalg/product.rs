@@ -103,6 +103,17 @@ fn accumulate(
     }
 }
 
+/// A matrix with the given number of rows, from its columns.
+pub(crate) fn columns(entries: &[f64], rows: usize) -> MatRef<'_, f64> {
+    MatRef::from_column_major_slice(entries, rows, entries.len() / rows)
+}
+
+/// The same to be written.
+pub(crate) fn columns_mut(entries: &mut [f64], rows: usize) -> MatMut<'_, f64> {
+    let count = entries.len() / rows;
+    MatMut::from_column_major_slice_mut(entries, rows, count)
+}
+
 /// `dst += alpha * a`, entry by entry.
 pub fn axpy(mut dst: impl Writable, alpha: f64, a: impl Readable) {
     let (mut dst, a) = (dst.as_mat_mut(), a.as_mat_ref());

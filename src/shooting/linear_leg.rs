@@ -1,43 +1,28 @@
 //! A leg of a curve, linearised about its middle.
 //!
-//! A variation is described by four vectors of `m`: the displacement `p` of the point, `(g^{-1} dg)_m`, and the changes
-//! `w, a, b` of `x, x', x''` relative to the rotation of the whole space that displaces the point,
-//!
-//! ```math
-//! p = (g^{-1}\,\delta g)_m,\qquad w = \delta x + [(g^{-1}\,\delta g)_h, x],\qquad a, b\ \text{alike from}\ x', x''
-//! ```
-//!
-//! At the middle they are the displacement `u` and the changes of the three given coefficients. With the change `dx` of
-//! the series the frame rotates by
+//! A variation is described by the displacement `u` of the first point and the changes of `x, x', x''` at the middle. The
+//! frame, relative to the one at the first end, rotates by
 //!
 //! ```math
 //! g^{-1}\,\delta g\,(s) = \mathrm{Ad}_{g(s)^{-1}} \Bigl(u + \int_0^s \mathrm{Ad}_g\,\delta x\Bigr)
 //! ```
 //!
-//! where the integral is that of the interpolation polynomial at Gauss nodes. A map between two times preserves the
-//! form
+//! where the integral is that of the interpolation polynomial at Gauss nodes. From it follow the displacement `p` of a point
+//! and the changes `w, a, b` of `x, x', x''` relative to the rotation of the whole space that displaces the point,
 //!
 //! ```math
-//! \omega(1, 2) = \langle a_1, w_2\rangle - \langle w_1, a_2\rangle - \langle b_1, p_2\rangle + \langle p_1, b_2\rangle
-//!     + \langle x'', [p_1, p_2]_m\rangle - \langle [x, x']_h, [p_1, p_2]_h\rangle
+//! p = (g^{-1}\,\delta g)_m,\qquad w = \delta x + [(g^{-1}\,\delta g)_h, x],\qquad a, b\ \text{alike from}\ x', x''
 //! ```
-//!
-//! so its inverse needs no linear solve: `M^{-1} = omega^{-1} M^T omega`. In tension `b - tau w` and `x'' - tau x` take
-//! the place of `b` and `x''`.
-//!
-//! # Source
-//! Conservation of the symplectic form by Hamiltonian flows: Arnold (1989), "Mathematical Methods of Classical Mechanics", 2nd
-//! ed., sec. 38.
 
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::orders::{LONGEST, MOST, Orders};
+use super::orders::{LONGEST, Orders};
 use super::series::{Series, turn_into, turn_size};
 use super::variation::{Node, Variation};
-use crate::curve::nodes::Antiderivative;
+use crate::curve::nodes::Nodes;
 use crate::linalg::field::{
-    Field, accumulate, larger, largest, multiply, multiply_transposed, transposed_multiply,
+    Field, accumulate, larger, largest, multiply, set_identity, transposed_multiply,
 };
 use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
@@ -45,23 +30,40 @@ use crate::space::Homogeneous;
 /// Number of additional terms of the derivative of a series.
 const MORE: usize = 2;
 
+/// Minimal number of terms, and the number by which fewer are tried.
+const FEWEST: usize = 8;
+const FEWER: usize = 3;
+
+/// Number of Gauss nodes beyond half the number of terms.
+const NODES: usize = 6;
+
 /// `x, x', x''` at a time.
 pub(super) type State<T> = [Vec<T>; 3];
 
-/// One leg, or eight of them, parametrised by `s` in `[-1/2, 1/2]`. Matrices in row-major order.
+/// A linear function of a variation: of the displacement of the first point, shape `(rows, d)`, and of the changes of `x, x',
+/// x''` at the middle, shape `(rows, 3 d)`; in row-major order.
+#[derive(Debug)]
+pub(super) struct Response<T> {
+    pub(super) direct: Vec<T>,
+    pub(super) bent: Vec<T>,
+}
+
+/// One leg, or eight of them, in the time in which it takes one unit.
+///
+/// Its points are the first end, the Gauss nodes and the last end.
 #[derive(Debug)]
 pub(super) struct LinearLeg<T> {
-    /// Coefficients of the frame relative to the one at the middle; quaternions in three dimensions.
-    frames: Vec<T>,
-    integral: Arc<Antiderivative>,
-    /// `Ad_g dx` at the nodes as functions of the changes at the middle, shape `(d + h, 3 d)` each.
-    rates: Vec<T>,
-    /// The maps of `(p, w, a, b)` from the first end to the middle, and from the middle to the last end, shape `(4 d, 4
-    /// d)`.
-    pub(super) from_first: Vec<T>,
-    pub(super) to_last: Vec<T>,
+    pub(super) nodes: Arc<Nodes>,
+    /// Frames at the points relative to the one at the first end, shape `(r, r)` in row-major order.
+    pub(super) frames: Vec<T>,
+    /// Displacements of the points, `d` rows for each; only of the first one if the others are not wanted.
+    pub(super) displacements: Response<T>,
+    /// `(w, a, b)` at the first end by the changes at the middle, shape `(3 d, 3 d)`.
+    pub(super) first: Vec<T>,
+    /// `(p, w, a, b)` at the last end.
+    pub(super) last: Response<T>,
     /// `x, x', x''` at the last end.
-    pub(super) last: State<T>,
+    pub(super) last_state: State<T>,
 }
 
 impl<T: Field> LinearLeg<T> {
@@ -71,9 +73,10 @@ impl<T: Field> LinearLeg<T> {
         space: impl Homogeneous,
         first: &State<T>,
         tension: Option<T>,
+        has_points: bool,
     ) -> Option<Self> {
         let d = space.dim();
-        let mut series = Series::new(space, MOST);
+        let mut series = Series::new(space, LONGEST + MORE);
         // To the middle, by the series about the first end.
         let order = resolve(space, first, tension, &mut series)?;
         let mut middle: State<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
@@ -82,8 +85,10 @@ impl<T: Field> LinearLeg<T> {
             series.at_ends(d, order + 3, derivative, [&mut before, x]);
         }
         let order = resolve(space, &middle, tension, &mut series)?;
-        let order = (order + MORE).min(MOST);
-        Some(Self::about(space, series, &middle, tension, order))
+        let order = order + MORE;
+        Some(Self::about(
+            space, series, &middle, tension, order, has_points,
+        ))
     }
 
     /// The leg about its middle, with the given number of terms.
@@ -93,170 +98,167 @@ impl<T: Field> LinearLeg<T> {
         middle: &State<T>,
         tension: Option<T>,
         order: usize,
+        has_points: bool,
     ) -> Self {
-        let (d, h) = (space.dim(), space.isotropy_dim());
+        let d = space.dim();
         let views = middle.each_ref().map(Vec::as_slice);
         series.set_curve(space, views, tension, order);
         series.set_turns(space, order + 2);
-        let integral = Antiderivative::of(order / 2 + 6);
-        let nodes: Vec<Node> = integral.nodes.iter().map(|s| (s - 0.5, 0.0)).collect();
-        let mut variation = Variation::<T>::with_nodes(space, 3, order, Cow::Owned(nodes));
+        let nodes = Nodes::of(order / 2 + NODES);
+        let at: Vec<Node> = nodes.s.iter().map(|s| (s - 0.5, 0.0)).collect();
+        let mut variation = Variation::<T>::with_nodes(space, 3, order, Cow::Owned(at));
         variation.set_changes(space, &series, tension, order);
-        let frames = series.frames[..(order + 3) * turn_size(space)].to_vec();
-        let rates = rates(space, &frames, &integral, &variation);
-        let mut states: [State<T>; 2] =
-            std::array::from_fn(|_| std::array::from_fn(|_| vec![T::ZERO; d]));
-        let [first, last] = &mut states;
-        for (derivative, (first, last)) in first.iter_mut().zip(last).enumerate() {
-            series.at_ends(d, order + 3, derivative, [first, last]);
+        let mut last_state: State<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
+        let mut before = vec![T::ZERO; d];
+        for (derivative, x) in last_state.iter_mut().enumerate() {
+            series.at_ends(d, order + 3, derivative, [&mut before, x]);
         }
-        let mut leg = LinearLeg {
-            frames,
-            integral,
-            rates,
-            from_first: Vec::new(),
-            to_last: Vec::new(),
-            last: Default::default(),
-        };
-        [leg.from_first, leg.to_last] = vectorised(
+        let turns = &series.frames[..(order + 3) * turn_size(space)];
+        vectorised(
             #[inline(always)]
             || {
-                let map = |end: usize| {
-                    let mut eta = vec![T::ZERO; (d + h) * 4 * d];
-                    leg.eta_into(space, [-0.5, 0.5][end], &mut eta);
-                    let changes =
-                        std::array::from_fn(|order| variation.ends[order][end].as_slice());
-                    by_middle(space, &eta, &states[end], changes)
-                };
-                let tau = tension.unwrap_or(T::ZERO);
-                let from_first = inverse(space, &map(0), [middle, &states[0]], tau);
-                [from_first, map(1)]
+                let frames = frames(space, turns, &nodes.s);
+                let Turns {
+                    displacements,
+                    last: turned,
+                } = Turns::of(space, &nodes, &frames, &variation.at_nodes, has_points);
+                LinearLeg {
+                    last: last(space, &turned, &last_state, &variation),
+                    first: variation
+                        .ends
+                        .iter()
+                        .flat_map(|[first, _]| first)
+                        .copied()
+                        .collect(),
+                    nodes: Arc::clone(&nodes),
+                    frames,
+                    displacements,
+                    last_state,
+                }
             },
-        );
-        let [_, last] = states;
-        leg.last = last;
-        leg
+        )
     }
+}
 
-    /// One leg of eight.
-    pub(super) fn lane(&self, lane: usize) -> LinearLeg<f64> {
-        let of = |x: &[T]| x.iter().map(|x| x.lane(lane)).collect::<Vec<f64>>();
-        LinearLeg {
-            frames: of(&self.frames),
-            integral: Arc::clone(&self.integral),
-            rates: of(&self.rates),
-            from_first: of(&self.from_first),
-            to_last: of(&self.to_last),
-            last: self.last.each_ref().map(|x| of(x)),
-        }
+/// Frames at the points, from their series about the middle.
+#[inline(always)]
+fn frames<T: Field>(space: impl Homogeneous, turns: &[T], nodes: &[f64]) -> Vec<T> {
+    let r = space.size();
+    let square = r * r;
+    let mut frames = vec![T::ZERO; (nodes.len() + 2) * square];
+    let (mut first, mut frame) = (vec![T::ZERO; square], vec![T::ZERO; square]);
+    turn_into(space, turns, -0.5, &mut first);
+    let (start, rest) = frames.split_at_mut(square);
+    set_identity(r, start);
+    let times = nodes.iter().map(|s| s - 0.5).chain([0.5]);
+    for (s, out) in times.zip(rest.chunks_exact_mut(square)) {
+        turn_into(space, turns, s, &mut frame);
+        transposed_multiply(r, &first, &frame, out);
     }
+    frames
+}
 
-    /// `g^{-1} dg` at a time as a function of `(p, w, a, b)` at the middle, shape `(d + h, 4 d)`.
+/// `g^{-1} dg` as a function of a variation: its part in `m` at all points, and the whole, `d + h` rows, at the last end.
+struct Turns<T> {
+    displacements: Response<T>,
+    last: Response<T>,
+}
+
+impl<T: Field> Turns<T> {
+    /// From the frames at the points and the changes of `x` at the nodes.
     #[inline(always)]
-    fn eta_into(&self, space: impl Homogeneous, s: f64, out: &mut [T]) {
-        let (d, h) = (space.dim(), space.isotropy_dim());
-        let wide = 4 * d;
-        let weights = self.integral.weights_at(s + 0.5);
-        out.fill(T::ZERO);
-        for (weight, rates) in weights.iter().zip(self.rates.chunks_exact((d + h) * 3 * d)) {
-            for (out, rates) in out.chunks_exact_mut(wide).zip(rates.chunks_exact(3 * d)) {
-                for (out, rate) in out[d..].iter_mut().zip(rates) {
-                    *out += *rate * *weight;
+    fn of(
+        space: impl Homogeneous,
+        nodes: &Nodes,
+        frames: &[T],
+        at_nodes: &[T],
+        has_points: bool,
+    ) -> Self {
+        let (d, h, r, count) = (space.dim(), space.isotropy_dim(), space.size(), nodes.len());
+        let (all, wide) = (d + h, 3 * d);
+        let zeros = |size: usize| vec![T::ZERO; size];
+        // `Ad_g` from `m`, and its products with the changes of `x`: their integrals are those of the rotation.
+        let mut adjoints = zeros((count + 1) * all * d);
+        let mut rates = zeros(count * all * wide);
+        let mut sums = zeros((count + 1) * all * wide);
+        let inner = frames.chunks_exact(r * r).skip(1);
+        for (frame, adjoint) in inner.zip(adjoints.chunks_exact_mut(all * d)) {
+            space.adjoint_into(frame, adjoint);
+        }
+        let changes = adjoints
+            .chunks_exact(all * d)
+            .zip(at_nodes.chunks_exact(d * wide));
+        for ((adjoint, change), rates) in changes.zip(rates.chunks_exact_mut(all * wide)) {
+            accumulate(adjoint, d, change, wide, rates);
+        }
+        accumulate(&nodes.at[1], count, &rates, all * wide, &mut sums);
+        let points = if has_points { count + 2 } else { 1 };
+        let mut displacements = Response {
+            direct: zeros(points * d * d),
+            bent: zeros(points * d * wide),
+        };
+        set_identity(d, &mut displacements.direct[..d * d]);
+        // In orthonormal coordinates the part in `m` of the inverse of `Ad_g` is the transpose.
+        let mut transposed = zeros(d * all);
+        let inner = adjoints.chunks_exact(all * d).take(points - 1);
+        for (point, adjoint) in inner.enumerate() {
+            for (i, row) in adjoint.chunks_exact(d).enumerate() {
+                for (j, x) in row.iter().enumerate() {
+                    transposed[j * all + i] = *x;
                 }
             }
-        }
-        for p in 0..d {
-            out[p * wide + p] = T::constant(1.0);
-        }
-        let frame = self.frame_at(space, s);
-        let mut work = vec![T::ZERO; 3 * space.size().pow(2)];
-        let mut column = vec![T::ZERO; d + h];
-        for i in 0..wide {
-            for (entry, row) in column.iter_mut().zip(out.chunks_exact(wide)) {
-                *entry = row[i];
+            let direct = displacements.direct[(point + 1) * d * d..].chunks_exact_mut(d);
+            for (row, out) in transposed.chunks_exact(all).zip(direct) {
+                out.copy_from_slice(&row[..d]);
             }
-            conjugate(space, &frame, Way::Back, &mut column, &mut work);
-            for (entry, row) in column.iter().zip(out.chunks_exact_mut(wide)) {
-                row[i] = *entry;
-            }
+            let bent = &mut displacements.bent[(point + 1) * d * wide..][..d * wide];
+            let sums = &sums[point * all * wide..][..all * wide];
+            accumulate(&transposed, all, sums, wide, bent);
         }
-    }
-
-    /// The frame at a time relative to the one at the middle.
-    #[inline(always)]
-    pub(super) fn frame_at(&self, space: impl Homogeneous, s: f64) -> Vec<T> {
-        let mut frame = vec![T::ZERO; space.size().pow(2)];
-        turn_into(space, &self.frames, s, &mut frame);
-        frame
+        let mut last = Response {
+            direct: zeros(all * d),
+            bent: sums.split_off(count * all * wide),
+        };
+        set_identity(d, &mut last.direct[..d * d]);
+        let frame = &frames[(count + 1) * r * r..];
+        conjugate_back(space, frame, d, &mut last.direct);
+        conjugate_back(space, frame, wide, &mut last.bent);
+        Turns {
+            displacements,
+            last,
+        }
     }
 }
 
-impl LinearLeg<f64> {
-    /// The displacement at a time, for `(p, w, a, b)` at the middle.
-    pub(super) fn displacement(&self, space: impl Homogeneous, s: f64, middle: &[f64]) -> Vec<f64> {
-        let (d, h) = (space.dim(), space.isotropy_dim());
-        let (u, changes) = middle.split_at(d);
-        let mut sum = vec![0.0; d + h];
-        sum[..d].copy_from_slice(u);
-        let weights = self.integral.weights_at(s + 0.5);
-        for (weight, rates) in weights.iter().zip(self.rates.chunks_exact((d + h) * 3 * d)) {
-            for (sum, rates) in sum.iter_mut().zip(rates.chunks_exact(3 * d)) {
-                let product: f64 = rates.iter().zip(changes).map(|(a, b)| a * b).sum();
-                *sum += weight * product;
+/// `(p, w, a, b)` at the last end, from `g^{-1} dg` there.
+#[inline(always)]
+fn last<T: Field>(
+    space: impl Homogeneous,
+    turned: &Response<T>,
+    state: &State<T>,
+    variation: &Variation<T>,
+) -> Response<T> {
+    let d = space.dim();
+    let part = |turned: &[T], columns: usize| {
+        let mut out = vec![T::ZERO; 4 * d * columns];
+        out[..d * columns].copy_from_slice(&turned[..d * columns]);
+        let rows = out.chunks_exact_mut(d * columns).skip(1);
+        for ((rows, x), [_, change]) in rows.zip(state).zip(&variation.ends) {
+            if columns == 3 * d {
+                rows.copy_from_slice(change);
             }
+            space.add_turning(x, turned, columns, rows);
         }
-        let mut work = vec![0.0; 3 * space.size().pow(2)];
-        conjugate(
-            space,
-            &self.frame_at(space, s),
-            Way::Back,
-            &mut sum,
-            &mut work,
-        );
-        sum.truncate(d);
-        sum
-    }
-
-    /// The gradient with respect to `(p, w, a, b)` at the middle of the sum of products of cotangents, in coordinates
-    /// of the frames at their times, with the displacements there.
-    pub(super) fn pull_back(
-        &self,
-        space: impl Homogeneous,
-        loads: impl Iterator<Item = (f64, Vec<f64>)>,
-    ) -> Vec<f64> {
-        let (d, h) = (space.dim(), space.isotropy_dim());
-        let mut gradient = vec![0.0; 4 * d];
-        let mut moments = vec![0.0; self.integral.nodes.len() * (d + h)];
-        let mut work = vec![0.0; 3 * space.size().pow(2)];
-        for (s, mut load) in loads {
-            load.resize(d + h, 0.0);
-            conjugate(
-                space,
-                &self.frame_at(space, s),
-                Way::Forth,
-                &mut load,
-                &mut work,
-            );
-            add(&mut gradient[..d], 1.0, &load[..d]);
-            let weights = self.integral.weights_at(s + 0.5);
-            for (weight, moment) in weights.iter().zip(moments.chunks_exact_mut(d + h)) {
-                add(moment, *weight, &load);
-            }
-        }
-        for (moment, row) in moments.iter().zip(self.rates.chunks_exact(3 * d)) {
-            add(&mut gradient[d..], *moment, row);
-        }
-        gradient
-    }
-
-    /// Number of floating-point numbers of the leg.
-    pub(super) fn len(&self) -> usize {
-        self.frames.len() + self.rates.len()
+        out
+    };
+    Response {
+        direct: part(&turned.direct, d),
+        bent: part(&turned.bent, 3 * d),
     }
 }
 
-/// Sets the series of a curve about a time, with as many terms as it needs at both ends of a leg; `None` if these are
-/// too many.
+/// Sets the series of a curve about a time, and returns the number of terms that it needs at both ends of a leg; `None` if
+/// these are too many.
 fn resolve<T: Field>(
     space: impl Homogeneous,
     state: &State<T>,
@@ -269,17 +271,21 @@ fn resolve<T: Field>(
     let mut reached = vec![T::ZERO; space.size().pow(2)];
     let mut more = 0;
     loop {
-        let order = orders.of_leg(speed, more);
-        if order > LONGEST {
-            return None;
-        }
+        let mut order = orders.of_leg(speed, more).min(LONGEST);
         series.set_curve(space, views, tension, order);
         series.reached_into(space, order, &mut reached);
-        let next = orders.more(more, largest(&[series.tail(space, order)]));
-        if next == more {
+        let is_enough = |order: usize| largest(&[series.tail(space, order)]) <= orders.accuracy;
+        if is_enough(order) {
+            // The speed predicts more than most legs need, and variations take nine times as long as their curve.
+            while order > FEWEST && is_enough(order - FEWER) {
+                order -= FEWER;
+            }
             return Some(order);
         }
-        more = next;
+        if order == LONGEST {
+            return None;
+        }
+        more = orders.more(more, f64::INFINITY);
     }
 }
 
@@ -296,174 +302,37 @@ fn speed<T: Field>(state: &State<T>, tension: Option<T>) -> f64 {
     (0..T::COUNT).map(bound).fold(0.0, larger)
 }
 
-/// `Ad_g dx` at the nodes.
-fn rates<T: Field>(
-    space: impl Homogeneous,
-    frames: &[T],
-    integral: &Antiderivative,
-    variation: &Variation<T>,
-) -> Vec<T> {
-    let (d, h, square) = (space.dim(), space.isotropy_dim(), space.size().pow(2));
-    let count = (d + h) * 3 * d;
-    let mut rates = vec![T::ZERO; integral.nodes.len() * count];
-    let (mut frame, mut adjoint) = (vec![T::ZERO; square], vec![T::ZERO; (d + h) * d]);
-    let changes = variation.at_nodes.chunks_exact(3 * d * d);
-    vectorised(
-        #[inline(always)]
-        || {
-            let nodes = integral.nodes.iter().zip(changes);
-            for ((s, changes), rates) in nodes.zip(rates.chunks_exact_mut(count)) {
-                turn_into(space, frames, s - 0.5, &mut frame);
-                space.adjoint_into(&frame, &mut adjoint);
-                accumulate(&adjoint, d, changes, 3 * d, rates);
-            }
-        },
-    );
-    rates
-}
-
-/// The map of `(p, w, a, b)` from the middle to an end, from `g^{-1} dg` there, the state and its changes.
+/// Replaces the columns of a matrix, coordinates of `m` before those of `h`, by `Ad_g^{-1}` of them.
 #[inline(always)]
-fn by_middle<T: Field>(
-    space: impl Homogeneous,
-    eta: &[T],
-    state: &State<T>,
-    changes: [&[T]; 3],
-) -> Vec<T> {
-    let d = space.dim();
-    let wide = 4 * d;
-    let mut map = vec![T::ZERO; wide * wide];
-    let (p, rest) = map.split_at_mut(d * wide);
-    p.copy_from_slice(&eta[..d * wide]);
-    let levels = rest.chunks_exact_mut(d * wide).zip(state).zip(changes);
-    for ((rows, x), changes) in levels {
-        for (row, change) in rows.chunks_exact_mut(wide).zip(changes.chunks_exact(3 * d)) {
-            row[d..].copy_from_slice(change);
-        }
-        space.add_turning(x, eta, wide, rows);
-    }
-    map
-}
-
-/// The inverse of the map from the middle to an end, given the states at both.
-#[inline(always)]
-fn inverse<T: Field>(
-    space: impl Homogeneous,
-    map: &[T],
-    [middle, end]: [&State<T>; 2],
-    tau: T,
-) -> Vec<T> {
-    let d = space.dim();
-    let (wide, block) = (4 * d, 4 * d * d);
-    let [at_middle, at_end] = [middle, end].map(|state| displacement_form(space, state, tau));
-    // The transpose times the form at the end, for columns p, w, a, b.
-    let entry = |i: usize, [level, j]: [usize; 2]| map[(level * d + j) * wide + i];
-    let mut transposed = vec![T::ZERO; block];
-    let mut by_displacement = vec![T::ZERO; block];
-    for i in 0..wide {
-        for j in 0..d {
-            transposed[i * d + j] = entry(i, [0, j]);
-            by_displacement[i * d + j] = tau * entry(i, [1, j]) - entry(i, [3, j]);
-        }
-    }
-    accumulate(&transposed, d, &at_end, d, &mut by_displacement);
-    let right = |i: usize, j: usize| match [j / d, j % d] {
-        [0, j] => by_displacement[i * d + j],
-        [1, j] => entry(i, [2, j]) - tau * entry(i, [0, j]),
-        [2, j] => -entry(i, [1, j]),
-        [_, j] => entry(i, [0, j]),
-    };
-    // The inverse of the form at the middle.
-    let mut out = vec![T::ZERO; wide * wide];
-    for i in 0..d {
-        for j in 0..wide {
-            let [p, w, a, b] = [0, 1, 2, 3].map(|level| right(level * d + i, j));
-            let values = [-b, a, -(tau * b) - w, p + tau * a];
-            for (level, value) in values.into_iter().enumerate() {
-                out[(level * d + i) * wide + j] = value;
-            }
-        }
-    }
-    let (known, last) = out.split_at_mut(3 * block);
-    let minus: Vec<T> = at_middle.iter().map(|x| -*x).collect();
-    accumulate(&minus, d, &known[..block], wide, last);
-    out
-}
-
-/// The part of `omega` for two displacements: for a displacement `p`, `[p, x'' - tau x]_m - [p, [x, x']_h]`.
-#[inline(always)]
-fn displacement_form<T: Field>(space: impl Homogeneous, [x, a, b]: &State<T>, tau: T) -> Vec<T> {
-    let (d, h, square) = (space.dim(), space.isotropy_dim(), space.size().pow(2));
-    let mut matrices = vec![T::ZERO; 3 * square];
-    let (x_matrix, rest) = matrices.split_at_mut(square);
-    let (other, unit) = rest.split_at_mut(square);
-    space.matrix_into(x, x_matrix);
-    space.matrix_into(a, other);
-    let mut turn = vec![T::ZERO; h];
-    space.add_isotropy_bracket(x_matrix, other, -1.0, &mut turn);
-    let pull: Vec<T> = b.iter().zip(x).map(|(b, x)| *b - tau * *x).collect();
-    space.matrix_into(&pull, other);
-    let [mut e, mut column] = [(); 2].map(|()| vec![T::ZERO; d]);
-    let mut form = vec![T::ZERO; d * d];
-    for j in 0..d {
-        e[j] = T::constant(1.0);
-        space.matrix_into(&e, unit);
-        e[j] = T::ZERO;
-        column.fill(T::ZERO);
-        space.add_bracket(unit, other, 1.0, &mut column);
-        if h > 0 {
-            space.subtract_action(&turn, unit, &mut column);
-        }
-        for (i, entry) in column.iter().enumerate() {
-            form[i * d + j] = *entry;
-        }
-    }
-    form
-}
-
-/// Selects `Ad_g` or its inverse.
-#[derive(Clone, Copy)]
-enum Way {
-    Forth,
-    Back,
-}
-
-/// `v <- Ad_g v` or `Ad_g^{-1} v`, with coordinates of `m` before those of `h`; `work` holds three matrices.
-#[inline(always)]
-fn conjugate<T: Field>(space: impl Homogeneous, g: &[T], way: Way, v: &mut [T], work: &mut [T]) {
+fn conjugate_back<T: Field>(space: impl Homogeneous, g: &[T], columns: usize, matrix: &mut [T]) {
     let (d, r) = (space.dim(), space.size());
+    let mut work = vec![T::ZERO; 3 * r * r];
     let (x, rest) = work.split_at_mut(r * r);
     let (product, other) = rest.split_at_mut(r * r);
-    let other = &mut other[..r * r];
-    space.matrix_into(v, x);
-    if space.isotropy_dim() > 0 {
-        space.isotropy_matrix_into(&v[d..], other);
-        for (x, other) in x.iter_mut().zip(&*other) {
-            *x += *other;
+    let mut v = vec![T::ZERO; d + space.isotropy_dim()];
+    for column in 0..columns {
+        for (x, row) in v.iter_mut().zip(matrix.chunks_exact(columns)) {
+            *x = row[column];
         }
-    }
-    match way {
-        Way::Forth => {
-            multiply(r, g, x, product);
-            multiply_transposed(r, product, g, other);
+        space.matrix_into(&v, x);
+        if space.isotropy_dim() > 0 {
+            space.isotropy_matrix_into(&v[d..], other);
+            for (x, other) in x.iter_mut().zip(&*other) {
+                *x += *other;
+            }
         }
-        Way::Back => {
-            transposed_multiply(r, g, x, product);
-            multiply(r, product, g, other);
+        transposed_multiply(r, g, x, product);
+        multiply(r, product, g, other);
+        space.each_entry(
+            #[inline(always)]
+            |p, i, j| v[p] = space.skew_coordinate(other, [i, j]),
+        );
+        space.each_isotropy_entry(
+            #[inline(always)]
+            |p, i, j| v[d + p] = space.skew_coordinate(other, [i, j]),
+        );
+        for (x, row) in v.iter().zip(matrix.chunks_exact_mut(columns)) {
+            row[column] = *x;
         }
-    }
-    space.each_entry(
-        #[inline(always)]
-        |p, i, j| v[p] = space.skew_coordinate(other, [i, j]),
-    );
-    space.each_isotropy_entry(
-        #[inline(always)]
-        |p, i, j| v[d + p] = space.skew_coordinate(other, [i, j]),
-    );
-}
-
-fn add(sum: &mut [f64], factor: f64, other: &[f64]) {
-    for (sum, x) in sum.iter_mut().zip(other) {
-        *sum += factor * x;
     }
 }

@@ -14,9 +14,8 @@ pub(super) struct Orders {
 /// rad apart with a tension of 45 or more in the time of a leg are not solved.
 pub(super) const MOST: usize = 64;
 
-/// Maximal number of terms of the legs of a linearised curve; legs that need more are split. Estimated, not measured:
-/// the cost of a leg is assumed to be the square of its number of terms, 15 plus 3.75 per radian.
-pub(super) const LONGEST: usize = 40;
+/// Maximal number of terms of the legs of a linearised curve; legs that need more are split.
+pub(super) const LONGEST: usize = 56;
 
 /// Number of terms added to a leg whose truncation error is too large; anything from 1 to 5 takes as long.
 const MORE: usize = 3;

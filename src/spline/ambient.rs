@@ -134,7 +134,7 @@ impl Chain for Ambient<'_> {
     }
 
     fn displacement_into(&self, leg: usize, out: &mut [f64]) {
-        out.copy_from_slice(&entries(&self.joints[leg].curve.initial_velocity()));
+        out.copy_from_slice(&entries(self.joints[leg].curve.initial_velocity()));
     }
 
     fn carry_into(
@@ -206,7 +206,7 @@ impl InEmbedding for Ambient<'_> {
     }
 
     fn vector_of(&self, _: usize, v: MatRef<'_, f64>) -> Vec<f64> {
-        entries(&v.to_owned())
+        entries(v.to_owned())
     }
 
     fn frames_of_space(&self) -> Option<Arc<[Mat<f64>]>> {

@@ -156,7 +156,7 @@ fn check_knot(
         Some((Some(order), Some(change))) => {
             // Converts to the time of the curve.
             let slower = Scale(states.unit.powi(-(order as i32)));
-            Some((&states.at(knot)[order] * slower, change))
+            Some((states.matrix(&states.at(knot)[order]) * slower, change))
         }
         Some((order, _)) => {
             let (expected, found) = match order {

@@ -34,20 +34,22 @@ use super::data_variation::{SplineGradient, SplineVariation, check};
 use super::ends::EndConditions;
 use super::given::Given;
 use super::knot_gradient::KnotGradient;
-use super::knot_states::{KnotStates, State, piece_states};
+use super::knot_states::{KnotStates, State};
 use super::knot_system::{KnotSystem, check_size};
 use super::piecewise::Piecewise;
 use super::spline_ends::check_ends;
 use crate::cubic::RiemannianCubic;
-use crate::cubic::linear_flow::check_cotangents;
-use crate::cubic::linear_piece::LinearPiece;
+use crate::cubic::linear_cubic::{LinearCubic, is_on};
+use crate::cubic::linear_flow::{VARIATION, check_cotangents};
+use crate::cubic::linear_piece::{LinearPiece, add};
+use crate::cubic::linear_start::Start;
+use crate::cubic::packing::entries;
 use crate::cubic::turning::turned;
 use crate::curve::Curve;
 use crate::curve::span::Span;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::lanes::LANES;
-use crate::linalg::structure::norm;
+use crate::linalg::structure::{check_range, norm};
 
 /// The derivative of a spline of Riemannian cubics with respect to its data.
 ///
@@ -92,24 +94,13 @@ impl Piecewise<RiemannianCubic> {
         ends: &EndConditions,
         interrupt: Interrupt<'_>,
     ) -> Result<SplineDerivative> {
-        let ends_of_pieces = piece_states(self, interrupt)?;
-        let states = KnotStates::new(self, &ends_of_pieces);
+        let states = KnotStates::new(self, interrupt)?;
         let given = Given::of(ends);
         check_ends(&states, ends)?;
         let span = span(&states, given);
         check_size(&states, &span)?;
-        let linear = |(states, pieces): (&[[State; 2]], &[RiemannianCubic])| {
-            let starts = states
-                .iter()
-                .map(|[start, _]| start.each_ref().map(|x| x.as_ref()));
-            let tensions: Vec<f64> = pieces.iter().map(RiemannianCubic::tension).collect();
-            let starts: Vec<[MatRef<'_, f64>; 4]> = starts.collect();
-            LinearPiece::all(&starts, &tensions, Curve::quotient(self), interrupt)
-        };
-        let groups = ends_of_pieces.par_chunks(LANES);
-        let groups = groups.zip(self.pieces().par_chunks(LANES)).map(linear);
-        let groups: Vec<Vec<LinearPiece>> = groups.collect::<Result<_>>()?;
-        let pieces: Vec<LinearPiece> = groups.into_iter().flatten().collect();
+        let starts = self.pieces().iter().map(Start::of_curve);
+        let pieces = LinearPiece::all(starts.collect::<Result<_>>()?, interrupt)?;
         let system = KnotSystem::new(&states, &pieces, &span, given, interrupt)?;
         Ok(SplineDerivative {
             curve: self.clone(),
@@ -140,7 +131,7 @@ impl Piecewise<RiemannianCubic> {
         if given.contains(&Given::Acceleration) {
             return self.data_derivative(ends, interrupt)?.cost_gradient();
         }
-        let states = KnotStates::new(self, &piece_states(self, interrupt)?);
+        let states = KnotStates::new(self, interrupt)?;
         check_ends(&states, ends)?;
         // The cost is stationary in the free velocities.
         KnotGradient::of_cost(&states).by_data(&states, given, None)
@@ -168,10 +159,37 @@ impl SplineDerivative {
                 .map(|t| self.curve.local(piece, *t))
                 .collect();
             let z = self.ends_of(piece, &u, &w);
-            self.pieces[piece].points(&z, &local, interrupt)
+            if let Some(alone) = self.alone(piece, &local, interrupt)? {
+                let z = z.each_ref().map(|z| self.states.matrix(z).to_owned());
+                return alone.points(&z, &local, interrupt);
+            }
+            let found = self.pieces[piece].points(z.each_ref().map(Vec::as_slice), &local);
+            let point = |x: &Vec<f64>| {
+                let point = self.states.matrix(x);
+                check_range(VARIATION, point)?;
+                Ok(point.to_owned())
+            };
+            found.iter().map(point).collect()
         };
         let parts: Vec<Vec<Mat<f64>>> = runs.par_iter().map(part).collect::<Result<_>>()?;
         Ok(parts.into_iter().flatten().collect())
+    }
+
+    /// A piece linearised by itself, if it does not keep displacements or is to be extended beyond its ends for some of the
+    /// given times; `None` otherwise.
+    fn alone(
+        &self,
+        piece: usize,
+        times: &[f64],
+        interrupt: Interrupt<'_>,
+    ) -> Result<Option<LinearCubic>> {
+        if self.pieces[piece].has_points() && times.iter().all(|t| is_on(*t)) {
+            return Ok(None);
+        }
+        let curve = &self.curve.pieces()[piece];
+        let (state, quotient) = (curve.state(0.0)?, Curve::quotient(curve));
+        let views = state.each_ref().map(|x| x.as_ref());
+        LinearCubic::new(views, curve.tension(), quotient, interrupt).map(Some)
     }
 
     /// The gradient with respect to all data of `sum tr(W^T S(t))` over cotangents `W` at given times `t`.
@@ -200,14 +218,20 @@ impl SplineDerivative {
                 .map(|i| self.curve.local(piece, times[i]))
                 .collect();
             let cotangents: Vec<MatRef<'_, f64>> = indices().map(|i| cotangents[i]).collect();
-            let found = self.pieces[piece].pull_back(&local, &cotangents, interrupt)?;
+            let found = match self.alone(piece, &local, interrupt)? {
+                Some(alone) => {
+                    let found = alone.pull_back(&local, &cotangents, interrupt)?;
+                    found.each_ref().map(entries)
+                }
+                None => self.pieces[piece].pull_back(local.into_iter().zip(cotangents)),
+            };
             Ok((piece, found))
         };
         let parts: Vec<(usize, State)> = grouped.par_iter().map(part).collect::<Result<_>>()?;
         let mut gradient = KnotGradient::zeros(&self.states);
         for (piece, by_ends) in parts {
             let h = self.states.lengths[piece];
-            gradient.add(piece, by_ends, [1.0, h]);
+            gradient.add(piece, &by_ends, [1.0, h]);
         }
         self.by_data(gradient)
     }
@@ -230,20 +254,23 @@ impl SplineDerivative {
     }
 
     /// Displacements and velocities at the knots, at the old times of the knots; in units of the mean leg.
-    fn at_knots(&self, variation: &SplineVariation<'_>) -> [Vec<Mat<f64>>; 2] {
+    fn at_knots(&self, variation: &SplineVariation<'_>) -> [Vec<f64>; 2] {
         let states = &self.states;
-        let count = states.count();
+        let (count, size) = (states.count(), states.size());
         let time = |knot: usize| variation.times.get(knot).map_or(0.0, |t| t / states.unit);
-        let u: Vec<Mat<f64>> = (0..count)
-            .map(|knot| variation.points[knot] - &states.at(knot)[1] * Scale(time(knot)))
-            .collect();
-        let mut w: Vec<Mat<f64>> = (0..count)
-            .map(|knot| &states.at(knot)[2] * Scale(-time(knot)))
-            .collect();
+        let mut u = Vec::with_capacity(count * size);
+        let mut w = vec![0.0; count * size];
+        for knot in 0..count {
+            let [_, v, a, _] = states.at(knot);
+            u.extend(entries(variation.points[knot]));
+            add(&mut u[knot * size..], -time(knot), v);
+            add(&mut w[knot * size..][..size], -time(knot), a);
+        }
         let ends = self.end_changes(variation);
+        let at_end = |end: usize| end * (count - 1) * size;
         for (end, given) in self.given.into_iter().enumerate() {
             if let (Given::Velocity, Some(v)) = (given, &ends[end]) {
-                w[end * (count - 1)] += v;
+                add(&mut w[at_end(end)..][..size], 1.0, v);
             }
         }
         // Residual of the equations with unchanged velocities.
@@ -251,49 +278,53 @@ impl SplineDerivative {
         self.add_forces(&mut rest, 1.0, [&u, &w]);
         let mut rest = rest.w;
         for (piece, [start, end]) in states.ends.iter().enumerate() {
-            rest[piece] -= &start[3] * Scale(time(piece));
-            rest[piece + 1] += &end[3] * Scale(time(piece + 1));
+            add(&mut rest[piece * size..][..size], -time(piece), &start[3]);
+            add(
+                &mut rest[(piece + 1) * size..][..size],
+                time(piece + 1),
+                &end[3],
+            );
         }
         for (end, given) in self.given.into_iter().enumerate() {
             if let (Given::Acceleration, Some(a)) = (given, &ends[end]) {
-                rest[end * (count - 1)] += a * Scale([1.0, -1.0][end]);
+                add(&mut rest[at_end(end)..][..size], [1.0, -1.0][end], a);
             }
         }
-        for (w, v) in w.iter_mut().zip(self.system.solve(&rest)) {
-            *w -= v;
-        }
+        add(&mut w, -1.0, &self.system.solve(&rest));
         [u, w]
     }
 
     /// The changes of the vectors given at the ends, relative to the rotations there, in units of the mean leg.
-    fn end_changes(&self, variation: &SplineVariation<'_>) -> [Option<Mat<f64>>; 2] {
+    fn end_changes(&self, variation: &SplineVariation<'_>) -> [Option<Vec<f64>>; 2] {
         let states = &self.states;
         let knots = [0, states.count() - 1];
         std::array::from_fn(|end| {
             let (order, change) = (self.given[end].order()?, variation.ends[end]?);
-            let state = states.at(knots[end]);
-            let ds = variation.points[knots[end]];
-            let turned = turned(state[0].as_ref(), ds, state[order].as_ref());
-            Some(change * Scale(states.unit.powi(order as i32)) - turned)
+            let (ds, vector) = (variation.points[knots[end]], &states.at(knots[end])[order]);
+            let turned = turned(states.point(knots[end]), ds, states.matrix(vector));
+            let change = change * Scale(states.unit.powi(order as i32)) - turned;
+            Some(entries(&change))
         })
     }
 
     /// `(u_0, w_0, u_1, w_1)` of a piece, in its own time.
-    fn ends_of(&self, piece: usize, u: &[Mat<f64>], w: &[Mat<f64>]) -> State {
-        let h = Scale(self.states.lengths[piece]);
-        [
-            u[piece].clone(),
-            &w[piece] * h,
-            u[piece + 1].clone(),
-            &w[piece + 1] * h,
-        ]
+    fn ends_of(&self, piece: usize, u: &[f64], w: &[f64]) -> State {
+        let (size, h) = (self.states.size(), self.states.lengths[piece]);
+        std::array::from_fn(|i| {
+            let at = (piece + i / 2) * size;
+            match i % 2 {
+                0 => u[at..][..size].to_vec(),
+                _ => w[at..][..size].iter().map(|w| w * h).collect(),
+            }
+        })
     }
 
     /// Adds a multiple of the change of the gradient of half the cost, in units of the mean leg.
-    fn add_forces(&self, to: &mut KnotGradient, factor: f64, [u, w]: [&[Mat<f64>]; 2]) {
+    fn add_forces(&self, to: &mut KnotGradient, factor: f64, [u, w]: [&[f64]; 2]) {
         for (piece, h) in self.states.lengths.iter().enumerate() {
-            let found = self.pieces[piece].stiffness(&self.ends_of(piece, u, w));
-            to.add(piece, found, [-3, -2].map(|order| factor * h.powi(order)));
+            let z = self.ends_of(piece, u, w);
+            let found = self.pieces[piece].stiffness(z.each_ref().map(Vec::as_slice));
+            to.add(piece, &found, [-3, -2].map(|order| factor * h.powi(order)));
         }
     }
 }
@@ -301,7 +332,7 @@ impl SplineDerivative {
 /// The span of points and given vectors, if it contains everything the spline needs and is smaller than the spans of
 /// the pieces.
 fn span(states: &KnotStates, given: [Given; 2]) -> Span {
-    let (n, k) = states.point(0).shape();
+    let (n, k) = states.shape;
     if n <= 4 * k {
         return Span::whole();
     }
@@ -309,16 +340,17 @@ fn span(states: &KnotStates, given: [Given; 2]) -> Span {
     let mut all: Vec<MatRef<'_, f64>> = (0..count).map(|knot| states.point(knot)).collect();
     for (knot, given) in [0, count - 1].into_iter().zip(given) {
         if let Some(order) = given.order() {
-            all.push(states.at(knot)[order].as_ref());
+            all.push(states.matrix(&states.at(knot)[order]));
         }
     }
     let span = Span::of(&all);
     let Some(basis) = span.basis() else {
         return span;
     };
-    let leaves = |x: &Mat<f64>| {
+    let leaves = |x: &Vec<f64>| {
+        let x = states.matrix(x);
         let off = x - basis * (basis.transpose() * x);
-        norm(off.as_ref()) > OFF * (1.0 + norm(x.as_ref()))
+        norm(off.as_ref()) > OFF * (1.0 + norm(x))
     };
     let vectors = states.ends.iter().flatten().flat_map(|state| &state[1..]);
     if vectors.into_iter().any(leaves) {

@@ -58,7 +58,7 @@ pub(super) trait InEmbedding: Chain {
     /// Velocities of a motion as matrices, column by column.
     fn matrices_of(&self, motion: &Motion) -> Vec<f64> {
         let knots = 0..=self.lengths().len();
-        let velocities = knots.map(|knot| entries(&self.matrix_of(knot, motion.velocity(knot))));
+        let velocities = knots.map(|knot| entries(self.matrix_of(knot, motion.velocity(knot))));
         velocities.collect::<Vec<_>>().concat()
     }
 
@@ -77,7 +77,7 @@ pub(super) trait InEmbedding: Chain {
             return Ok(None);
         }
         let (points, legs) = (self.points(), self.lengths().len());
-        let matrix = |knot: usize, v: &[f64]| entries(&self.matrix_of(knot, v));
+        let matrix = |knot: usize, v: &[f64]| entries(self.matrix_of(knot, v));
         let end = |knot: usize, end: &End| match end {
             End::Velocity(v) => End::Velocity(matrix(knot, v)),
             End::Acceleration(a) => End::Acceleration(matrix(knot, a)),

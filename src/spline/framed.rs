@@ -12,7 +12,7 @@ use crate::cubic::guess::turned;
 use crate::cubic::initial::{Horizontal, complete_over};
 use crate::cubic::leg::Leg;
 use crate::cubic::leg_of_blocks::leg_of_blocks;
-use crate::cubic::packing::{pack, unpack};
+use crate::cubic::packing::{pack, read_vector, unpack, write_vector};
 use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::{work_of_curve, work_of_join};
@@ -25,7 +25,7 @@ use crate::manifold::carrier::Direction;
 use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
-use crate::space::{Homogeneous, Kind, Quotient, Shape, in_space};
+use crate::space::{Kind, Quotient, Shape};
 
 /// Number of legs from which integrating eight at once is faster.
 const WORTHWHILE: usize = 3;
@@ -393,39 +393,6 @@ fn at(a: &[f64], rows: usize, row: usize, col: usize, transposed: bool) -> f64 {
     } else {
         a[row + rows * col]
     }
-}
-
-/// Writes the vector `[omega; b]` with the given coordinates, or all of `[[omega, -b^T], [b, 0]]` if there is room for
-/// it.
-fn write_vector(out: &mut [f64], v: &[f64], r: usize, blocks: Sized) {
-    let columns = out.len() / r;
-    out.fill(0.0);
-    let mut write = |i: usize, j: usize, entry: f64| {
-        for ([i, j], entry) in [([i, j], entry), ([j, i], -entry)] {
-            if j < columns {
-                out[i + r * j] = entry;
-            }
-        }
-    };
-    in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
-        let entry = v[p] / space.scale(i, j);
-        write(i, j, entry);
-        if let Some(([i, j], sign)) = space.copy_of(i, j) {
-            write(i, j, entry * sign);
-        }
-    }));
-}
-
-/// Coordinates of the horizontal part.
-fn read_vector(vector: &[f64], out: &mut [f64], r: usize, blocks: Sized) {
-    let k = blocks.k;
-    in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
-        let entry = match i < k {
-            true => 0.5 * (vector[i + r * j] - vector[j + r * i]),
-            false => vector[i + r * j],
-        };
-        out[p] = entry * space.scale(i, j);
-    }));
 }
 
 /// Coordinates of a tangent vector at the first columns of a frame.

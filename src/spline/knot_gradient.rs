@@ -6,14 +6,16 @@ use faer::{Mat, Scale};
 use super::data_variation::SplineGradient;
 use super::given::Given;
 use super::knot_states::{KnotStates, State};
+use crate::cubic::linear_piece::add;
 use crate::cubic::turning::{by_data, lowered};
 use crate::error::{Error, Result};
 use crate::linalg::structure::norm;
 
-/// Gradient of a function of displacements `u` and velocities `w` at the knots, as tangent vectors, and of the times.
+/// Gradient of a function of displacements `u` and velocities `w` at the knots, as tangent vectors by columns, one knot after
+/// another, and of the times.
 pub(super) struct KnotGradient {
-    pub(super) u: Vec<Mat<f64>>,
-    pub(super) w: Vec<Mat<f64>>,
+    pub(super) u: Vec<f64>,
+    pub(super) w: Vec<f64>,
     t: Vec<f64>,
     /// Factor by which the values are to be multiplied.
     factor: f64,
@@ -21,11 +23,10 @@ pub(super) struct KnotGradient {
 
 impl KnotGradient {
     pub(super) fn zeros(states: &KnotStates) -> Self {
-        let (n, k) = states.point(0).shape();
         let count = states.count();
         KnotGradient {
-            u: vec![Mat::zeros(n, k); count],
-            w: vec![Mat::zeros(n, k); count],
+            u: vec![0.0; count * states.size()],
+            w: vec![0.0; count * states.size()],
             t: vec![0.0; count],
             factor: 1.0,
         }
@@ -37,13 +38,15 @@ impl KnotGradient {
             factor: states.unit.powi(-3),
             ..Self::zeros(states)
         };
+        let size = states.size();
         for (piece, ends) in states.ends.iter().enumerate() {
             for (end, [_, v, a, x]) in ends.iter().enumerate() {
                 let (knot, sign) = (piece + end, [-1.0, 1.0][end]);
-                let pull = x - v * Scale(states.tension);
                 let rate = states.inner(knot, a, a) + states.tension * states.inner(knot, v, v);
-                gradient.u[knot] += pull * Scale(-2.0 * sign);
-                gradient.w[knot] += a * Scale(2.0 * sign);
+                let u = &mut gradient.u[knot * size..][..size];
+                add(u, -2.0 * sign, x);
+                add(u, 2.0 * sign * states.tension, v);
+                add(&mut gradient.w[knot * size..][..size], 2.0 * sign, a);
                 gradient.t[knot] += sign * rate;
             }
         }
@@ -52,20 +55,23 @@ impl KnotGradient {
 
     /// Adds the gradient with respect to `(u_0, w_0, u_1, w_1)` of a piece, times one factor for displacements and one
     /// for velocities.
-    pub(super) fn add(&mut self, piece: usize, [u0, w0, u1, w1]: State, factors: [f64; 2]) {
-        let [by_u, by_w] = factors.map(Scale);
-        self.u[piece] += u0 * by_u;
-        self.w[piece] += w0 * by_w;
-        self.u[piece + 1] += u1 * by_u;
-        self.w[piece + 1] += w1 * by_w;
+    pub(super) fn add(&mut self, piece: usize, by_ends: &State, [by_u, by_w]: [f64; 2]) {
+        let size = by_ends[0].len();
+        for (end, by_end) in by_ends.chunks_exact(2).enumerate() {
+            let at = (piece + end) * size;
+            add(&mut self.u[at..][..size], by_u, &by_end[0]);
+            add(&mut self.w[at..][..size], by_w, &by_end[1]);
+        }
     }
 
     /// Subtracts the contribution of moving knots for given multipliers of the velocities: the jumps of `x''` there.
-    pub(super) fn add_jumps(&mut self, states: &KnotStates, multipliers: &[Mat<f64>]) {
+    pub(super) fn add_jumps(&mut self, states: &KnotStates, multipliers: &[f64]) {
+        let size = states.size();
         for (piece, ends) in states.ends.iter().enumerate() {
             for (end, sign) in [1.0, -1.0].into_iter().enumerate() {
                 let knot = piece + end;
-                self.t[knot] += sign * states.inner(knot, &ends[end][3], &multipliers[knot]);
+                let multiplier = &multipliers[knot * size..][..size];
+                self.t[knot] += sign * states.inner(knot, &ends[end][3], multiplier);
             }
         }
     }
@@ -79,26 +85,30 @@ impl KnotGradient {
         self,
         states: &KnotStates,
         given: [Given; 2],
-        multipliers: Option<&[Mat<f64>]>,
+        multipliers: Option<&[f64]>,
     ) -> Result<SplineGradient> {
-        let (count, factor) = (states.count(), self.factor);
+        let (count, size, factor) = (states.count(), states.size(), self.factor);
+        let [u, w] = [&self.u, &self.w].map(|all| move |knot: usize| &all[knot * size..][..size]);
         let times = (0..count).map(|knot| {
             let [_, v, a, _] = states.at(knot);
-            let moved = states.inner(knot, v, &self.u[knot]) + states.inner(knot, a, &self.w[knot]);
+            let moved = states.inner(knot, v, u(knot)) + states.inner(knot, a, w(knot));
             (self.t[knot] - moved) * factor / states.unit
         });
         let times: Vec<f64> = times.collect();
-        let mut points: Vec<Mat<f64>> = (0..count)
-            .map(|knot| lowered(states.point(knot), self.u[knot].as_ref()) * Scale(factor))
-            .collect();
+        let point = |knot: usize| {
+            let mut point = lowered(states.point(knot), states.matrix(u(knot)));
+            point *= Scale(factor);
+            point
+        };
+        let mut points: Vec<Mat<f64>> = (0..count).map(point).collect();
         let ends = [(0, 0, -1.0), (1, count - 1, 1.0)].map(|(end, knot, sign)| {
             let order = given[end].order()?;
             let bar = match given[end] {
-                Given::Velocity => self.w[knot].clone(),
-                _ => &multipliers?[knot] * Scale(sign),
+                Given::Velocity => states.matrix(w(knot)).to_owned(),
+                _ => states.matrix(&multipliers?[knot * size..][..size]) * Scale(sign),
             };
-            let (s, y) = (states.point(knot), states.at(knot)[order].as_ref());
-            let [point, vector] = by_data(s, [self.u[knot].as_ref(), bar.as_ref()], y);
+            let (s, y) = (states.point(knot), states.matrix(&states.at(knot)[order]));
+            let [point, vector] = by_data(s, [states.matrix(u(knot)), bar.as_ref()], y);
             points[knot] = point * Scale(factor);
             Some(vector * Scale(factor * states.unit.powi(order as i32)))
         });

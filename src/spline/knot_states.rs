@@ -1,23 +1,22 @@
 //! The states of a spline of Riemannian cubics on both sides of its knots, in units of the mean leg.
 
-use faer::{Mat, MatRef, Scale};
+use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::given::Given;
 use super::piecewise::Piecewise;
 use crate::cubic::RiemannianCubic;
-use crate::cubic::turning::{bracket_of, lowered};
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::structure::dot;
+use crate::linalg::product::columns;
 use crate::manifold::grassmann::joining::alignment;
 use crate::space::Quotient;
 
 pub(super) const SOLVER: &str = "derivative of a spline";
 
-/// Point, and the tangent vectors `g x, g x', g x''` there, shape `(n, k)`.
-pub(super) type State = [Mat<f64>; 4];
+/// Point, and the tangent vectors `g x, g x', g x''` there, shape `(n, k)` by columns.
+pub(super) type State = [Vec<f64>; 4];
 
 /// States at both ends of every piece.
 #[derive(Debug, Clone)]
@@ -30,53 +29,50 @@ pub(super) struct KnotStates {
     /// Tension in units of the mean leg.
     pub(super) tension: f64,
     pub(super) quotient: Quotient,
-}
-
-/// Point, velocity, covariant acceleration and covariant jerk at both ends of every piece, in its own time.
-///
-/// # Errors
-/// The errors of evaluating the pieces; `Interrupted`.
-pub(super) fn piece_states(
-    curve: &Piecewise<RiemannianCubic>,
-    interrupt: Interrupt<'_>,
-) -> Result<Vec<[State; 2]>> {
-    let of_piece = |piece: &RiemannianCubic| {
-        interrupt.check(SOLVER)?;
-        Ok([piece.state(0.0)?, piece.state(1.0)?])
-    };
-    curve.pieces().par_iter().map(of_piece).collect()
+    /// Shape of a point.
+    pub(super) shape: (usize, usize),
 }
 
 impl KnotStates {
-    /// Built from the states of the pieces.
-    pub(super) fn new(curve: &Piecewise<RiemannianCubic>, states: &[[State; 2]]) -> Self {
+    /// # Errors
+    /// The errors of evaluating the pieces; `Interrupted`.
+    pub(super) fn new(
+        curve: &Piecewise<RiemannianCubic>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Self> {
         let (knots, pieces) = (curve.knots(), curve.pieces());
         let unit = (knots[pieces.len()] - knots[0]) / pieces.len() as f64;
         let lengths: Vec<f64> = knots.windows(2).map(|t| (t[1] - t[0]) / unit).collect();
-        let quotient = curve.quotient();
-        let scaled = |[s, v, a, j]: &State, h: f64| {
-            let bracket = bracket_of(quotient, s.as_ref(), v.as_ref(), a.as_ref());
-            [
-                s.clone(),
-                v * Scale(1.0 / h),
-                a * Scale(h.powi(-2)),
-                (j - bracket * Scale(0.5)) * Scale(h.powi(-3)),
-            ]
+        let of_piece = |(piece, h): (&RiemannianCubic, &f64)| {
+            interrupt.check(SOLVER)?;
+            let mut ends = [piece.tangents(0.0)?, piece.tangents(1.0)?];
+            for state in &mut ends {
+                for (order, vector) in state.iter_mut().enumerate() {
+                    let rate = h.powi(-(order as i32));
+                    vector.iter_mut().for_each(|x| *x *= rate);
+                }
+            }
+            Ok(ends)
         };
-        let ends = states.iter().zip(&lengths);
-        let ends = ends.map(|(ends, h)| ends.each_ref().map(|state| scaled(state, *h)));
-        KnotStates {
-            ends: ends.collect(),
+        let ends = pieces.par_iter().zip(&lengths).map(of_piece);
+        Ok(KnotStates {
+            ends: ends.collect::<Result<_>>()?,
             tension: pieces[0].tension() / lengths[0].powi(2),
             lengths,
             unit,
-            quotient,
-        }
+            quotient: curve.quotient(),
+            shape: (curve.n(), curve.k()),
+        })
     }
 
     /// Number of knots.
     pub(super) fn count(&self) -> usize {
         self.ends.len() + 1
+    }
+
+    /// Number of entries of a tangent vector.
+    pub(super) fn size(&self) -> usize {
+        self.shape.0 * self.shape.1
     }
 
     /// The state at a knot: of the piece after it, at the last knot of the piece before it.
@@ -88,7 +84,12 @@ impl KnotStates {
     }
 
     pub(super) fn point(&self, knot: usize) -> MatRef<'_, f64> {
-        self.at(knot)[0].as_ref()
+        self.matrix(&self.at(knot)[0])
+    }
+
+    /// A tangent vector as a matrix.
+    pub(super) fn matrix<'a>(&self, v: &'a [f64]) -> MatRef<'a, f64> {
+        columns(v, self.shape.0)
     }
 
     /// The holonomy of a closed curve of subspaces, by which the basis at the first knot is multiplied to obtain the
@@ -103,8 +104,16 @@ impl KnotStates {
         alignment(self.point(self.count() - 1), self.point(0)).map(Some)
     }
 
-    /// `<v, w>` at a knot.
-    pub(super) fn inner(&self, knot: usize, v: &Mat<f64>, w: &Mat<f64>) -> f64 {
-        dot(v.as_ref(), lowered(self.point(knot), w.as_ref()).as_ref())
+    /// `<v, w> = tr(v^T w) - tr(v^T S S^T w) / 2` at a knot.
+    pub(super) fn inner(&self, knot: usize, v: &[f64], w: &[f64]) -> f64 {
+        let (n, s) = (self.shape.0, &self.at(knot)[0]);
+        let dot = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
+        let mut along = 0.0;
+        for (v, w) in v.chunks_exact(n).zip(w.chunks_exact(n)) {
+            for s in s.chunks_exact(n) {
+                along += dot(s, v) * dot(s, w);
+            }
+        }
+        dot(v, w) - 0.5 * along
     }
 }

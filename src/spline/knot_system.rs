@@ -12,19 +12,21 @@
 //! A closed curve of subspaces returns to its first knot with the basis `Y_0 H`, at which a vector `w` at the basis
 //! `Y_0` is `w H`; the blocks of the last piece, and the vectors at the last knot, are expressed in the first basis.
 
-use faer::{Mat, MatRef, Scale};
+use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::given::Given;
 use super::knot_states::{KnotStates, SOLVER};
 use crate::cubic::blocks::Sized;
-use crate::cubic::initial::{Horizontal, complete};
-use crate::cubic::linear_piece::{DENSE, LinearPiece};
-use crate::cubic::packing::{pack, unpack};
+use crate::cubic::initial::complete;
+use crate::cubic::linear_piece::LinearPiece;
+use crate::cubic::packing::{read_vector, write_vector};
 use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use crate::linalg::product::{columns, columns_mut, mul_add, mul_into};
 use crate::linalg::structure::row_by_row;
+use crate::shooting::DENSE;
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::solve::gmres::norm;
 use crate::space::Quotient;
@@ -43,6 +45,8 @@ const POWERS: usize = 4;
 pub(super) struct KnotSystem {
     /// Shape `(n, r)`: the first columns are the point, and all columns span the knots.
     frames: Vec<Mat<f64>>,
+    /// Shape of a point.
+    shape: (usize, usize),
     /// Scales of the velocities: reciprocal square roots of the diagonal in flat space, and 0 for given velocities.
     units: Vec<f64>,
     inner: Option<Factors>,
@@ -56,21 +60,22 @@ pub(super) struct KnotSystem {
 /// Blocks of one piece: rows and columns of the velocity at its start and at its end.
 type Blocks = [[Vec<f64>; 2]; 2];
 
-/// Return an error if the derivative would be too large. In `d` dimensions every piece stores a matrix of shape `(4 d,
-/// 4 d)` and its part of the factors; up to [`DENSE`] dimensions also `Ad_g dx` at some 18 nodes, with `h` dimensions
-/// of the isotropy group, the same amount again for some matrices, and some 2000 numbers.
+/// Return an error if the derivative would be too large. Every piece stores a matrix of shape `(4 d, 4 d)` in the `d`
+/// dimensions of its own span, up to [`DENSE`] dimensions also matrices of shape `(d, 4 d)` and frames at some 20 points, and its
+/// part of the factors in the dimensions of the span of the knots.
 ///
 /// # Errors
 /// `InvalidArgument`.
 pub(super) fn check_size(states: &KnotStates, span: &Span) -> Result<()> {
-    let (n, k) = states.point(0).shape();
-    let r = span.basis().map_or(n, |basis| basis.ncols());
-    let d = (r - k) * k + states.quotient.turns(k);
-    let isotropy = (r - k) * (r - k).saturating_sub(1) / 2;
-    let of_piece = match d <= DENSE {
-        true => 54 * d * (d + isotropy) + 96 * d * d + 2000,
-        false => 20 * d * d,
+    let (n, k) = states.shape;
+    let dim = |r: usize| (r - k) * k + states.quotient.turns(k);
+    let all = span.basis().map_or(n, |basis| basis.ncols());
+    let own = all.min(4 * k);
+    let at_points = match dim(own) <= DENSE {
+        true => 80 * dim(own).pow(2) + 20 * own * own,
+        false => 0,
     };
+    let of_piece = at_points + 16 * dim(own).pow(2) + 4 * dim(all).pow(2) + 500;
     let numbers = states.count() as f64 * of_piece as f64;
     if numbers <= LARGEST {
         return Ok(());
@@ -115,10 +120,11 @@ impl KnotSystem {
             closed,
             holonomy: states.holonomy(given)?,
             quotient: states.quotient,
+            shape: states.shape,
         };
         let blocks = |(leg, piece): (usize, &LinearPiece)| {
             interrupt.check(SOLVER)?;
-            let frames = [leg, (leg + 1) % count].map(|knot| &system.frames[knot]);
+            let frames = [leg, (leg + 1) % count].map(|knot| system.frames[knot].as_ref());
             Ok(piece.by_velocities(frames))
         };
         let blocks: Vec<Blocks> = pieces
@@ -136,57 +142,75 @@ impl KnotSystem {
     }
 
     /// The change of the velocities at all knots that cancels the given residual of the equations, both tangent vectors
-    /// of shape `(n, k)`: zero where velocities are given, equal at both ends of a closed curve.
-    pub(super) fn solve(&self, rest: &[Mat<f64>]) -> Vec<Mat<f64>> {
-        let (count, k) = (self.frames.len(), rest[0].ncols());
-        let mut right = rest[..count].to_vec();
+    /// of shape `(n, k)` by columns: zero where velocities are given, equal at both ends of a closed curve.
+    pub(super) fn solve(&self, rest: &[f64]) -> Vec<f64> {
+        let ((n, k), r) = (self.shape, self.frames[0].ncols());
+        let (count, size) = (self.frames.len(), n * k);
+        let mut right = rest[..count * size].to_vec();
         if self.closed {
-            right[0] += match &self.holonomy {
-                Some(holonomy) => &rest[count] * holonomy.transpose(),
-                None => rest[count].clone(),
-            };
+            let last = columns(&rest[count * size..], n);
+            let mut first = columns_mut(&mut right[..size], n);
+            match &self.holonomy {
+                Some(holonomy) => mul_add(&mut first, 1.0, last, holonomy.transpose()),
+                None => first += last,
+            }
         }
-        for (right, unit) in right.iter_mut().zip(&self.units) {
-            *right *= Scale(*unit);
+        let scale = |all: &mut [f64]| {
+            for (x, unit) in all.chunks_exact_mut(size).zip(&self.units) {
+                x.iter_mut().for_each(|x| *x *= unit);
+            }
+        };
+        scale(&mut right);
+        let blocks = Sized::new(r - k, k, self.quotient);
+        let d = blocks.dim();
+        let mut all = vec![0.0; count * d];
+        let mut low = vec![0.0; r * k];
+        for (knot, (frame, x)) in self.frames.iter().zip(right.chunks_exact(size)).enumerate() {
+            mul_into(
+                columns_mut(&mut low, r),
+                1.0,
+                frame.transpose(),
+                columns(x, n),
+            );
+            read_vector(&low, &mut all[knot * d..], r, blocks);
         }
-        let knots = || self.frames.iter().zip(&right);
-        let inside = knots().map(|(frame, x)| Horizontal::of_tangent(frame.as_ref(), x.as_ref()));
-        let blocks = Sized::new(self.frames[0].ncols() - k, k, self.quotient);
-        let mut all = pack(blocks, &inside.collect::<Vec<_>>());
         if let Some(inner) = &self.inner {
             inner.solve(&mut all);
         }
-        let d = blocks.dim();
-        let lift = |(knot, frame): (usize, &Mat<f64>)| {
-            let [x] = unpack(&all[knot * d..][..d], blocks);
-            frame * x.tangent()
-        };
-        let mut out: Vec<Mat<f64>> = self.frames.iter().enumerate().map(lift).collect();
+        let mut out = vec![0.0; count * size];
+        for (knot, (frame, out)) in self
+            .frames
+            .iter()
+            .zip(out.chunks_exact_mut(size))
+            .enumerate()
+        {
+            write_vector(&mut low, &all[knot * d..], r, blocks);
+            mul_into(columns_mut(out, n), 1.0, frame, columns(&low, r));
+        }
         if let Some(rows) = &self.rows {
             let basis = &self.frames[0];
-            let off: Vec<Mat<f64>> = right
-                .iter()
-                .map(|x| x - basis * (basis.transpose() * x))
-                .collect();
-            for row in 0..basis.nrows() {
-                let entries = off
-                    .iter()
-                    .flat_map(|off| off.row(row).iter().copied().collect::<Vec<_>>());
-                let mut b: Vec<f64> = entries.collect();
+            let all = columns(&right, n);
+            let off = all - basis * (basis.transpose() * all);
+            for row in 0..n {
+                let mut b: Vec<f64> = off.row(row).iter().copied().collect();
                 rows.solve(&mut b);
-                for (i, x) in b.into_iter().enumerate() {
-                    out[i / k][(row, i % k)] += x;
+                for (column, x) in b.into_iter().enumerate() {
+                    out[column * n + row] += x;
                 }
             }
         }
-        for (out, unit) in out.iter_mut().zip(&self.units) {
-            *out *= Scale(*unit);
-        }
+        scale(&mut out);
         if self.closed {
-            out.push(match &self.holonomy {
-                Some(holonomy) => &out[0] * holonomy,
-                None => out[0].clone(),
-            });
+            let mut last = out[..size].to_vec();
+            if let Some(holonomy) = &self.holonomy {
+                mul_into(
+                    columns_mut(&mut last, n),
+                    1.0,
+                    columns(&out[..size], n),
+                    holonomy,
+                );
+            }
+            out.extend(last);
         }
         out
     }

@@ -1,6 +1,6 @@
 //! Checks that a curve of Riemannian cubics is a spline with the given ends.
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 
 use super::ends::{EndCondition, EndConditions};
 use super::given::Given;
@@ -24,25 +24,34 @@ pub(super) fn check_ends(states: &KnotStates, ends: &EndConditions) -> Result<()
             let [before, after] = [&states.ends[knot - 1][1], &states.ends[knot][0]];
             let h = states.lengths[knot - 1].min(states.lengths[knot]);
             let factor = h.powi(order as i32);
-            check(&before[order], &after[order], factor, SMOOTH, knot)?;
+            let [before, after] = [before, after].map(|state| states.matrix(&state[order]));
+            check(before, after, factor, SMOOTH, knot)?;
         }
     }
-    let found = |end: usize, order: usize| &states.at([0, last][end])[order];
-    let meets = |end: usize, order: usize, wanted: &Mat<f64>| {
+    let found = |end: usize, order: usize| states.matrix(&states.at([0, last][end])[order]);
+    let meets = |end: usize, order: usize, wanted: MatRef<'_, f64>| {
         let h = [states.lengths[0], states.lengths[last - 1]][end];
         let (found, knot) = (found(end, order), [0, last][end]);
         check(found, wanted, h.powi(order as i32), ENDS, knot)
     };
-    let (n, k) = states.point(0).shape();
+    let (n, k) = states.shape;
     match ends {
-        EndConditions::Natural => (0..2).try_for_each(|end| meets(end, 2, &Mat::zeros(n, k))),
+        EndConditions::Natural => {
+            (0..2).try_for_each(|end| meets(end, 2, Mat::zeros(n, k).as_ref()))
+        }
         EndConditions::Periodic => (0..3).try_for_each(|order| {
             let h = states.lengths[0].min(states.lengths[last - 1]);
             let first = match states.holonomy(Given::of(ends))? {
                 Some(holonomy) => found(0, order) * holonomy,
-                None => found(0, order).clone(),
+                None => found(0, order).to_owned(),
             };
-            check(&first, found(1, order), h.powi(order as i32), ENDS, last)
+            check(
+                first.as_ref(),
+                found(1, order),
+                h.powi(order as i32),
+                ENDS,
+                last,
+            )
         }),
         EndConditions::Each(each) => (0..2).try_for_each(|end| {
             let (order, vector) = match &each[end] {
@@ -53,7 +62,7 @@ pub(super) fn check_ends(states: &KnotStates, ends: &EndConditions) -> Result<()
                 .map_err(|error| error.at_knot([0, last][end]))?;
             // Multiply one factor at a time: the product of the factors may overflow.
             let scaled = (0..order).fold(vector.clone(), |v, _| v * faer::Scale(states.unit));
-            meets(end, order, &scaled)
+            meets(end, order, scaled.as_ref())
         }),
     }
 }
@@ -63,14 +72,14 @@ const ENDS: &str =
     "a spline that meets its end conditions to 1e-6 (solve with a smaller tolerance)";
 
 fn check(
-    found: &Mat<f64>,
-    wanted: &Mat<f64>,
+    found: MatRef<'_, f64>,
+    wanted: MatRef<'_, f64>,
     factor: f64,
     requirement: &'static str,
     knot: usize,
 ) -> Result<()> {
     let gap = factor * norm((found - wanted).as_ref());
-    if gap <= JUMP * (1.0 + factor * norm(wanted.as_ref())) {
+    if gap <= JUMP * (1.0 + factor * norm(wanted)) {
         return Ok(());
     }
     let error = Error::InvalidArgument {

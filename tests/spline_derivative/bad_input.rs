@@ -149,7 +149,10 @@ fn systems_that_do_not_fit_are_refused_before_they_are_made() {
         crate::common::counted(|interrupt| curve.data_derivative(&ends, interrupt).err().unwrap());
     match refused {
         Error::InvalidArgument { name, found, .. } => {
-            assert_eq!((name, found), ("points", 140.0 * 20.0 * 435.0 * 435.0));
+            assert_eq!(
+                (name, found),
+                ("points", 140.0 * (20.0 * 435.0 * 435.0 + 500.0))
+            );
         }
         other => panic!("{other}"),
     }

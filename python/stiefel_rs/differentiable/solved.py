@@ -11,7 +11,7 @@ from .arguments import Array, Shape
 
 Curve = TypeVar("Curve")
 
-# Largest count of numbers that the curves of a solver may occupy with their derivatives: 256 MB, 48 splines through 200
+# Largest count of numbers that the curves of a solver may occupy with their derivatives: 256 MB, 96 splines through 200
 # rotations. The last curve is always kept.
 KEPT = 1 << 25
 
@@ -26,8 +26,8 @@ def numbers_of_piece(n: int, k: int) -> int:
     """Estimate how many numbers the derivative of a piece of a spline stores."""
     rows = min(n, 4 * k)
     dimension = (rows - k) * k + k * (k - 1) // 2
-    isotropy = (rows - k) * (rows - k - 1) // 2
-    return 54 * dimension * (dimension + isotropy) + 96 * dimension**2 + 2000
+    at_points = 80 * dimension**2 + 20 * rows**2 if dimension <= 64 else 0
+    return at_points + 20 * dimension**2 + 8 * n * k + 500
 
 
 def numbers_of_cubic(n: int, k: int) -> int:
