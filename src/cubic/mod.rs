@@ -59,6 +59,7 @@ pub(crate) mod linear_piece;
 #[cfg(test)]
 mod linear_piece_tests;
 pub(crate) mod linear_start;
+mod linear_velocities;
 mod low_cost;
 pub(crate) mod marches;
 pub(crate) mod packing;
