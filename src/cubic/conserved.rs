@@ -16,6 +16,9 @@ use crate::space::Quotient;
 /// Largest number of rows for which the momentum is returned: an `(n, n)` matrix of two gigabytes.
 const LARGEST_MOMENTUM: usize = 1 << 14;
 
+/// Quantity named in errors.
+const STATE: &str = "state of a Riemannian cubic";
+
 impl RiemannianCubic {
     /// Point, velocity, covariant acceleration and covariant jerk at the start of [`t_span`](Curve::t_span), each of
     /// shape `(n, k)`.
@@ -42,7 +45,7 @@ impl RiemannianCubic {
         let [s, v, a, j] = &mut data;
         *j += bracket_of(self.quotient(), s.as_ref(), v.as_ref(), a.as_ref()) * Scale(0.5);
         for matrix in &data {
-            check_range("state of a Riemannian cubic", matrix.as_ref())?;
+            check_range(STATE, matrix.as_ref())?;
         }
         Ok(data)
     }
@@ -53,6 +56,9 @@ impl RiemannianCubic {
     /// As `state`.
     pub(crate) fn tangents(&self, t: f64) -> Result<[Vec<f64>; 4]> {
         if let Some(tangents) = self.tangents_at_end(t) {
+            for x in &tangents {
+                check_range(STATE, columns(x, self.n()))?;
+            }
             return Ok(tangents);
         }
         let mut data = self.state(t)?;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use super::blocks::Sized;
+use super::blocks::{Blocks, Sized};
 use super::linear_layout::Layout;
 use super::linear_start::Start;
 use super::packing::{entries, pack_gradient, read_vector, write_vector};
@@ -61,7 +61,8 @@ impl LinearPiece {
     /// Linearises one cubic.
     ///
     /// # Errors
-    /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
+    /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`; `InvalidArgument` if a leg would take too
+    /// much memory.
     pub(super) fn new(start: Start, interrupt: Interrupt<'_>) -> Result<Self> {
         let layout = Layout::of(start.blocks, start.has_rows());
         let vectors = layout.vectors(&start);
@@ -76,11 +77,18 @@ impl LinearPiece {
     pub(crate) fn all(starts: Vec<Start>, interrupt: Interrupt<'_>) -> Result<Vec<Self>> {
         // Curves that need about equally many terms together.
         let mut sorted: Vec<(usize, Start)> = starts.into_iter().enumerate().collect();
-        sorted.sort_by_cached_key(|(_, start)| (start.blocks.m, start.speed().to_bits()));
+        sorted.sort_by_cached_key(|(_, start)| {
+            let blocks = start.blocks;
+            (blocks.m, blocks.are_subspaces(), start.speed().to_bits())
+        });
+        let is_alike = |one: &Start, other: &Start| {
+            let [one, other] = [one.blocks, other.blocks];
+            (one.m, one.quotient) == (other.m, other.quotient)
+        };
         let mut groups: Vec<Vec<(usize, Start)>> = Vec::new();
         for (index, start) in sorted {
             match groups.last_mut() {
-                Some(group) if group.len() < LANES && group[0].1.blocks.m == start.blocks.m => {
+                Some(group) if group.len() < LANES && is_alike(&group[0].1, &start) => {
                     group.push((index, start));
                 }
                 _ => groups.push(vec![(index, start)]),

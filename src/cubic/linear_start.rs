@@ -43,11 +43,12 @@ impl Start {
     /// The start of a curve on `[0, 1]`.
     ///
     /// # Errors
-    /// The errors of evaluating the curve, if its path does not begin there.
+    /// The errors of evaluating the curve, if its path does not begin there or has too large a span.
     pub(crate) fn of_curve(curve: &RiemannianCubic) -> Result<Self> {
+        // No larger than the span of a point and three vectors, and with vectors in it.
         let found = curve.start_of_path().filter(|(state, _)| {
             let Sized { m, k, .. } = state.blocks;
-            m <= 3 * k
+            m <= 3 * k && (m > 0 || m + k == curve.n())
         });
         let Some((state, rate)) = found else {
             let data = curve.state(0.0)?;
@@ -55,7 +56,8 @@ impl Start {
             let flow = LinearFlow::new(views, curve.tension(), curve.quotient())?;
             return Ok(Self::of_flow(&flow));
         };
-        let (blocks, n) = (state.blocks, curve.n());
+        let Sized { m, k, quotient, .. } = state.blocks;
+        let (blocks, n) = (Sized::new(m, k, quotient), curve.n());
         let r = blocks.m + blocks.k;
         let low = &state.entries[..r * r];
         let frame = match curve.frame() {
@@ -84,7 +86,7 @@ impl Start {
         })
     }
 
-    /// A bound on the velocity up to second order, about the middle of the curve.
+    /// A bound on the velocity up to second order, about the middle of the curve, or on the rate of growth in tension.
     pub(super) fn speed(&self) -> f64 {
         let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
         let middle = |p: usize| {
@@ -100,7 +102,7 @@ impl Start {
             let entries: Vec<f64> = middle.iter().map(|x| x[level]).collect();
             size(&entries)
         });
-        v + 0.5 * a + 0.125 * b
+        (v + 0.5 * a + 0.125 * b).max(self.tension.sqrt())
     }
 
     /// Whether there are rows outside the span.

@@ -65,6 +65,8 @@ pub(crate) struct March<T, B> {
     pub(crate) time: f64,
     pub(crate) steps: usize,
     pub(crate) max_steps: usize,
+    /// Maximal length of a step: infinite, unless variations are carried along.
+    pub(super) longest: f64,
     /// Coordinates of complex blocks.
     pub(super) embedding: Option<Embedding>,
 }
@@ -79,6 +81,7 @@ impl<T: Number, B: Blocks> March<T, B> {
             time: 0.0,
             steps: 0,
             max_steps: MAX_STEPS,
+            longest: f64::INFINITY,
             embedding: blocks.embedding(),
         }
     }
@@ -150,6 +153,11 @@ impl<T: Number, B: Blocks> March<T, B> {
                     self.step_length()
                 },
             );
+            let length = if self.longest < length {
+                self.longest
+            } else {
+                length
+            };
             self.check_step(ahead, length)?;
             let last = ahead.abs() <= length;
             let step = if last { ahead } else { length.copysign(ahead) };

@@ -160,5 +160,14 @@ pub(super) fn start<const N: usize>(
         }
     }
     march.series.set_tension(data.tension);
+    march.longest = longest(data.tension, march.accuracy);
     march.place(entries);
+}
+
+/// The step in which the last term of `cosh(sqrt(tau) t)` falls below the truncation: variations grow like that in tension,
+/// even along a curve at rest, whose own terms all vanish.
+fn longest(tension: f64, accuracy: Accuracy) -> f64 {
+    let factorial: f64 = (1..=accuracy.order).map(|i| i as f64).product();
+    let reach = (accuracy.truncation * factorial).powf(1.0 / accuracy.order as f64);
+    reach / tension.sqrt()
 }

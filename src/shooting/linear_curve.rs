@@ -30,7 +30,7 @@ pub(crate) struct LinearCurve {
     pub(crate) frame: Vec<f64>,
     /// The second derivative of half the cost, shape `(4 d, 4 d)`.
     pub(crate) stiffness: Vec<f64>,
-    /// Empty if points cannot move, and without points.
+    /// Empty if points cannot move, or if their displacements are not wanted.
     pub(crate) parts: Vec<Part>,
 }
 

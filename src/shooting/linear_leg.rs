@@ -30,10 +30,6 @@ use crate::space::Homogeneous;
 /// Number of additional terms of the derivative of a series.
 const MORE: usize = 2;
 
-/// Minimal number of terms, and the number by which fewer are tried.
-const FEWEST: usize = 8;
-const FEWER: usize = 3;
-
 /// Number of Gauss nodes beyond half the number of terms.
 const NODES: usize = 6;
 
@@ -257,8 +253,10 @@ fn last<T: Field>(
     }
 }
 
-/// Sets the series of a curve about a time, and returns the number of terms that it needs at both ends of a leg; `None` if
-/// these are too many.
+/// Sets the series of a curve about a time, with as many terms as it needs at both ends of a leg; `None` if these are too many.
+///
+/// Variations need the terms that the speed predicts even where the curve does with fewer: at rest, or where its vectors
+/// commute.
 fn resolve<T: Field>(
     space: impl Homogeneous,
     state: &State<T>,
@@ -271,21 +269,17 @@ fn resolve<T: Field>(
     let mut reached = vec![T::ZERO; space.size().pow(2)];
     let mut more = 0;
     loop {
-        let mut order = orders.of_leg(speed, more).min(LONGEST);
-        series.set_curve(space, views, tension, order);
-        series.reached_into(space, order, &mut reached);
-        let is_enough = |order: usize| largest(&[series.tail(space, order)]) <= orders.accuracy;
-        if is_enough(order) {
-            // The speed predicts more than most legs need, and variations take nine times as long as their curve.
-            while order > FEWEST && is_enough(order - FEWER) {
-                order -= FEWER;
-            }
-            return Some(order);
-        }
-        if order == LONGEST {
+        let order = orders.of_leg(speed, more);
+        if order > LONGEST {
             return None;
         }
-        more = orders.more(more, f64::INFINITY);
+        series.set_curve(space, views, tension, order);
+        series.reached_into(space, order, &mut reached);
+        let next = orders.more(more, largest(&[series.tail(space, order)]));
+        if next == more {
+            return Some(order);
+        }
+        more = next;
     }
 }
 

@@ -68,8 +68,8 @@ pub(super) fn of_legs(
             ..LinearCurve::default()
         });
     }
-    // At least 16 points, with a matrix of shape `(d + h, 3 d)` at each, twice.
-    let of_leg = 96 * (d + space.isotropy_dim()) * d;
+    // Some 16 points, with a matrix of shape `(d + h, 3 d)` at each, and another one for displacements.
+    let of_leg = 48 * (1 + usize::from(has_points)) * (d + space.isotropy_dim()) * d;
     if of_leg > LARGEST_LEG {
         return Err(Error::InvalidArgument {
             name: "curve",
@@ -97,7 +97,7 @@ pub(super) fn of_legs(
                 return Ok(curve);
             }
         }
-        numbers += leg.frames.len() + 4 * leg.displacements.direct.len();
+        numbers += leg.frames.len() + 4 * leg.displacements.direct.len() + 41 * d * d;
         state = scaled(&leg.last_state, 1.0 / length);
         let by_start = by_start(&leg, &flow, length)?;
         flow = past(&leg, &by_start, length);

@@ -96,6 +96,11 @@ impl<T: Field> Solved<T> {
         factor(wide, &mut factors);
         substitute(wide, &factors, all, &mut middle);
         let is_regular = Self::are_regular(&matrix, &mut right, &middle, [wide, all]);
+        // What is left, once more: there is no pivoting.
+        substitute(wide, &factors, all, &mut right);
+        for (x, rest) in middle.iter_mut().zip(&right) {
+            *x -= *rest;
+        }
         let mut stiffness = zeros(all * all);
         let block = d * wide;
         let [first, last] = [&leg.first, &leg.last.bent].map(|x| x.chunks_exact(block));
@@ -125,7 +130,7 @@ impl<T: Field> Solved<T> {
         }
     }
 
-    /// For each lane, whether the solution is accurate and not large; `right` is overwritten.
+    /// For each lane, whether the solution is accurate and not large; `right` becomes the negative residual.
     #[inline(always)]
     fn are_regular(
         matrix: &[T],

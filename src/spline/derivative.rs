@@ -34,7 +34,7 @@ use super::data_variation::{SplineGradient, SplineVariation, check};
 use super::ends::EndConditions;
 use super::given::Given;
 use super::knot_gradient::KnotGradient;
-use super::knot_states::{KnotStates, State};
+use super::knot_states::{KnotStates, SOLVER, State};
 use super::knot_system::{KnotSystem, check_size};
 use super::piecewise::Piecewise;
 use super::spline_ends::check_ends;
@@ -99,7 +99,11 @@ impl Piecewise<RiemannianCubic> {
         check_ends(&states, ends)?;
         let span = span(&states, given);
         check_size(&states, &span)?;
-        let starts = self.pieces().iter().map(Start::of_curve);
+        let start = |piece: &RiemannianCubic| {
+            interrupt.check(SOLVER)?;
+            Start::of_curve(piece)
+        };
+        let starts = self.pieces().par_iter().map(start);
         let pieces = LinearPiece::all(starts.collect::<Result<_>>()?, interrupt)?;
         let system = KnotSystem::new(&states, &pieces, &span, given, interrupt)?;
         Ok(SplineDerivative {
@@ -143,7 +147,9 @@ impl SplineDerivative {
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotTangent`, `InvalidArgument` for a variation, wrapped in `AtKnot` if they concern one
-    /// knot, and for times at which the curve is not defined; `TooManySteps`, `Overflow`, `Interrupted`.
+    /// knot, and for times at which the curve is not defined; `TooManySteps`, `Overflow`, `Interrupted`. Pieces in more than 64
+    /// dimensions, and extended ones, are linearised for every call, with the errors of
+    /// [`RiemannianCubic::boundary_derivative`].
     pub fn points(
         &self,
         variation: &SplineVariation<'_>,
