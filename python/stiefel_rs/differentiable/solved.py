@@ -11,8 +11,8 @@ from .arguments import Array, Shape
 
 Curve = TypeVar("Curve")
 
-# Largest count of numbers that the curves of a solver may occupy with their derivatives: 256 MB, 100 splines through 200
-# rotations. The last curve is always kept.
+# Largest count of numbers that the curves of a solver may occupy with their derivatives: 256 MB, 100 splines through
+# 200 rotations. The last curve is always kept.
 KEPT = 1 << 25
 
 
