@@ -19,11 +19,12 @@
 use std::fmt::{Debug, Formatter};
 use std::sync::Arc;
 
-use super::linear_operator::{Equations, FLAT, Limits, Operator, add, by_missing};
+use super::linear_operator::{Equations, FLAT, Limits, Operator, by_missing};
 use super::linear_terms::{LEVELS, Way, in_row, in_span};
 use crate::curve::nodes::Nodes;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::linalg::field::add;
 use crate::solve::gmres::dot;
 use crate::space::Shape;
 

@@ -16,7 +16,7 @@ use super::linear_terms::{LEVELS, Terms, Way};
 use crate::curve::nodes::Nodes;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::field::largest;
+use crate::linalg::field::{add, largest};
 use crate::linalg::lanes::{LANES, Lanes};
 use crate::linalg::simd::vectorised;
 use crate::solve::gmres::{Gmres, dot, norm};
@@ -328,12 +328,4 @@ fn integrate(matrix: &[f64], row: &mut [f64]) {
         add(&mut sums, *x, integrals);
     }
     row.copy_from_slice(&sums[..row.len()]);
-}
-
-/// `sum += factor other`.
-#[inline(always)]
-pub(super) fn add(sum: &mut [f64], factor: f64, other: &[f64]) {
-    for (sum, x) in sum.iter_mut().zip(other) {
-        *sum += factor * x;
-    }
 }

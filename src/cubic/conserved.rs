@@ -69,9 +69,7 @@ impl RiemannianCubic {
 
     /// The same where the path starts or ends at that time.
     fn tangents_at_end(&self, t: f64) -> Option<[Vec<f64>; 4]> {
-        let moment = self.clock.path_time(t);
-        let ends = self.path.ends();
-        let state = ends.into_iter().find(|state| state.time == moment)?;
+        let state = self.state_of_path(t)?;
         let (r, k) = (self.path.r(), self.k());
         let (s, e) = (columns(state.s(), r), columns(state.e(), r));
         let tangent = |order: usize| {
@@ -102,12 +100,11 @@ impl RiemannianCubic {
         Some(std::array::from_fn(tangent))
     }
 
-    /// The state of the path where the time of the curve is 0, if it begins or ends there, and the rate of its time.
-    pub(super) fn start_of_path(&self) -> Option<(&State, f64)> {
-        let moment = self.clock.path_time(0.0);
+    /// The state of the path at a time of the curve, if it starts or ends there.
+    pub(super) fn state_of_path(&self, t: f64) -> Option<&State> {
+        let moment = self.clock.path_time(t);
         let ends = self.path.ends();
-        let state = ends.into_iter().find(|state| state.time == moment)?;
-        Some((state, self.clock.rate))
+        ends.into_iter().find(|state| state.time == moment)
     }
 
     /// The conserved energy.

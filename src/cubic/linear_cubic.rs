@@ -10,11 +10,12 @@ use faer::{Mat, MatRef};
 
 use super::collocated::Collocated;
 use super::linear_flow::{LinearFlow, VARIATION};
-use super::linear_piece::{LinearPiece, add};
+use super::linear_piece::LinearPiece;
 use super::linear_start::Start;
 use super::packing::entries;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::linalg::field::add;
 use crate::linalg::product::columns;
 use crate::linalg::structure::check_range;
 use crate::space::Quotient;
@@ -213,21 +214,8 @@ fn pulled_back(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cubic::linear_flow::tests::{flow, tangent};
+    use crate::cubic::linear_flow::tests::{SHAPES, flow, tangent};
     use crate::linalg::structure::norm;
-
-    const SHAPES: [[usize; 2]; 10] = [
-        [2, 1],
-        [2, 2],
-        [3, 1],
-        [3, 2],
-        [3, 3],
-        [4, 4],
-        [5, 2],
-        [6, 1],
-        [9, 2],
-        [12, 3],
-    ];
 
     /// Within, at the ends of and outside `[0, 1]`.
     const TIMES: [f64; 6] = [0.3, 0.0, 1.0, 0.71, 1.2, -0.1];
@@ -290,7 +278,8 @@ mod tests {
 
     #[test]
     fn gauss_nodes_and_series_agree() {
-        for shape in SHAPES {
+        // A point that cannot move needs no equations.
+        for shape in SHAPES.into_iter().skip(1) {
             for quotient in [Quotient::Frames, Quotient::Subspaces] {
                 if quotient == Quotient::Subspaces && shape[0] == shape[1] {
                     continue;

@@ -322,6 +322,23 @@ pub(super) mod tests {
     use super::*;
     use crate::{Stiefel, linalg::structure::norm};
 
+    /// A point that cannot move, spheres, `k = n`, `k = n - 1`, and curves that do not span the whole space.
+    pub(in crate::cubic) const SHAPES: [[usize; 2]; 13] = [
+        [1, 1],
+        [2, 1],
+        [2, 2],
+        [3, 1],
+        [3, 2],
+        [3, 3],
+        [4, 4],
+        [5, 2],
+        [6, 1],
+        [7, 3],
+        [9, 2],
+        [10, 2],
+        [12, 3],
+    ];
+
     /// Pseudorandom numbers between -1 and 1.
     fn numbers(seed: u64) -> impl FnMut() -> f64 {
         let mut state = seed;

@@ -16,10 +16,10 @@ use super::packing::{entries, pack_gradient, read_vector, write_vector};
 use crate::curve::barycentric::Barycentric;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::field::accumulate;
+use crate::linalg::field::{accumulate, add};
 use crate::linalg::lanes::LANES;
 use crate::linalg::product::{columns, columns_mut, mul_add, mul_into};
-use crate::shooting::{LinearCurve, Part};
+use crate::shooting::{LinearCurve, Part, linearise, linearise_all};
 
 /// Displacement and change of the velocity, at the start and at the end.
 pub(crate) type Ends = [Vec<f64>; 4];
@@ -66,7 +66,7 @@ impl LinearPiece {
     pub(super) fn new(start: Start, interrupt: Interrupt<'_>) -> Result<Self> {
         let layout = Layout::of(start.blocks, start.has_rows());
         let vectors = layout.vectors(&start);
-        let curve = LinearCurve::new(layout.shape, vectors, start.tension, interrupt)?;
+        let curve = linearise(layout.shape, vectors, start.tension, interrupt)?;
         Ok(Self::of_curve(start, &layout, curve))
     }
 
@@ -101,7 +101,7 @@ impl LinearPiece {
                 .map(|(_, start)| layout.vectors(start))
                 .collect();
             let tensions: Vec<f64> = group.iter().map(|(_, start)| start.tension).collect();
-            let curves = LinearCurve::abreast(layout.shape, vectors, &tensions, interrupt)?;
+            let curves = linearise_all(layout.shape, vectors, &tensions, interrupt)?;
             let pieces = group.into_iter().zip(curves);
             let piece = |((index, start), curve)| (index, Self::of_curve(start, &layout, curve));
             Ok(pieces.map(piece).collect())
@@ -120,7 +120,7 @@ impl LinearPiece {
             parts,
         } = curve;
         let r = start.blocks.m + start.blocks.k;
-        let n = start.frame.len() / r;
+        let n = start.n;
         let mut last = vec![0.0; n * r];
         let frame = layout.frames(&frame, r);
         let relative = MatRef::from_row_major_slice(&frame, r, r);
@@ -281,7 +281,7 @@ impl LinearPiece {
             }
             if let (Some(outside), Some(rows)) = (&self.outside, &mut rows) {
                 let mut off = entries(cotangent);
-                self.leave_span(0, &mut off);
+                self.leave_span(&mut off);
                 let flow = self.row_response(outside, part, &factors);
                 let flow = MatRef::from_row_major_slice(&flow, k, 4 * k);
                 mul_add(columns_mut(rows, n), 1.0, columns(&off, n), flow);
@@ -380,13 +380,13 @@ impl LinearPiece {
     /// The parts of four tangent vectors outside the span, side by side.
     fn outside(&self, z: &[&[f64]; 4]) -> Vec<f64> {
         let mut off = z.concat();
-        self.leave_span(0, &mut off);
+        self.leave_span(&mut off);
         off
     }
 
     /// Subtracts the part of columns in the span.
-    pub(super) fn leave_span(&self, end: usize, columns_of: &mut [f64]) {
-        let (n, frame) = (self.n, self.frame(end));
+    pub(super) fn leave_span(&self, columns_of: &mut [f64]) {
+        let (n, frame) = (self.n, self.frame(0));
         for _ in 0..2 {
             let along: Mat<f64> = frame.transpose() * columns(columns_of, n);
             mul_add(columns_mut(columns_of, n), -1.0, frame, &along);
@@ -425,12 +425,5 @@ impl LinearPiece {
 
     fn r(&self) -> usize {
         self.blocks.m + self.blocks.k
-    }
-}
-
-/// `sum += factor x`.
-pub(crate) fn add(sum: &mut [f64], factor: f64, x: &[f64]) {
-    for (sum, x) in sum.iter_mut().zip(x) {
-        *sum += factor * x;
     }
 }

@@ -4,7 +4,7 @@ use faer::Mat;
 
 use super::initial::Horizontal;
 use super::linear_flow::LinearFlow;
-use super::linear_flow::tests::{flow, tangent};
+use super::linear_flow::tests::{SHAPES, flow, tangent};
 use super::linear_piece::{Ends, LinearPiece};
 use super::linear_start::Start;
 use super::packing::{entries, pack};
@@ -13,20 +13,6 @@ use crate::interrupt::Interrupt;
 use crate::linalg::product::columns;
 use crate::linalg::structure::norm;
 use crate::space::Quotient;
-
-const SHAPES: [[usize; 2]; 11] = [
-    [1, 1],
-    [2, 1],
-    [2, 2],
-    [3, 1],
-    [3, 2],
-    [3, 3],
-    [4, 4],
-    [5, 2],
-    [7, 3],
-    [6, 1],
-    [10, 2],
-];
 
 /// Tension and speed; the last two curves need several legs. At rest and in tension variations need terms that the curve
 /// itself does not.

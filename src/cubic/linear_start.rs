@@ -46,11 +46,11 @@ impl Start {
     /// The errors of evaluating the curve, if its path does not begin there or has too large a span.
     pub(crate) fn of_curve(curve: &RiemannianCubic) -> Result<Self> {
         // No larger than the span of a point and three vectors, and with vectors in it.
-        let found = curve.start_of_path().filter(|(state, _)| {
+        let found = curve.state_of_path(0.0).filter(|state| {
             let Sized { m, k, .. } = state.blocks;
             m <= 3 * k && (m > 0 || m + k == curve.n())
         });
-        let Some((state, rate)) = found else {
+        let Some(state) = found else {
             let data = curve.state(0.0)?;
             let views = data.each_ref().map(|x| x.as_ref());
             let flow = LinearFlow::new(views, curve.tension(), curve.quotient())?;
@@ -73,7 +73,7 @@ impl Start {
             let mut out = vec![0.0; blocks.dim()];
             pack_blocks(blocks, x, &mut out);
             for x in &mut out {
-                *x = (0..order).fold(*x, |x, _| x * rate);
+                *x = curve.clock.derivative(*x, order);
             }
             out
         });

@@ -4,8 +4,9 @@
 use faer::{Mat, MatRef};
 
 use super::blocks::Sized;
-use super::linear_piece::{LinearPiece, Response, add};
+use super::linear_piece::{LinearPiece, Response};
 use super::packing::entries;
+use crate::linalg::field::add;
 use crate::linalg::product::{columns, columns_mut, mul_into};
 use crate::linalg::structure::row_by_row;
 
@@ -64,7 +65,7 @@ impl LinearPiece {
             }
             if let Some(outside) = &self.outside {
                 let mut off = entries(normals[column]);
-                self.leave_span(0, &mut off);
+                self.leave_span(&mut off);
                 let off: Mat<f64> = normals[row].transpose() * columns(&off, self.n);
                 let outer = outside.of_velocities(row, column);
                 for (i, j) in (0..wide * k).flat_map(|i| (0..wide * k).map(move |j| (i, j))) {

@@ -128,6 +128,14 @@ pub(crate) fn largest<T: Field>(values: &[T]) -> f64 {
     (0..T::COUNT).fold(0.0, |all, lane| larger(all, size.lane(lane)))
 }
 
+/// `sum += factor other`, entry by entry.
+#[inline(always)]
+pub(crate) fn add(sum: &mut [f64], factor: f64, other: &[f64]) {
+    for (sum, x) in sum.iter_mut().zip(other) {
+        *sum += factor * x;
+    }
+}
+
 /// Factors `a = l u` in place, shape `(n, n)` in row-major order, without pivoting: for matrices near the identity, or
 /// near matrices that are diagonally dominant by blocks. Pivots are replaced by their inverses.
 #[inline(always)]

@@ -14,6 +14,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::bidiagonal::diagonalise;
 use super::decomp::Svd;
+use super::field::add;
 use super::simd::vectorised;
 use super::square::{LANES, Square};
 use crate::error::{Error, Result};
@@ -248,14 +249,6 @@ impl SkewSchur {
 fn update(x: &mut [f64], w: &[f64], p: &[f64], w_l: f64, p_l: f64) {
     for ((x, w), p) in x.iter_mut().zip(w).zip(p) {
         *x += w * p_l - p * w_l;
-    }
-}
-
-/// `x += factor y`, in whole groups.
-#[inline(always)]
-fn add(x: &mut [f64], factor: f64, y: &[f64]) {
-    for (x, y) in x.iter_mut().zip(y) {
-        *x += factor * y;
     }
 }
 

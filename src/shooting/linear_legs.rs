@@ -8,7 +8,6 @@ use faer::Mat;
 
 use super::linear_curve::{LinearCurve, Part, SOLVER};
 use super::linear_leg::{LinearLeg, Response, State};
-use super::linear_middle::{LARGE, at_middle};
 use crate::curve::barycentric::Barycentric;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -50,7 +49,7 @@ struct Placed {
 /// The curve with `x, x', x''` at its start, leg by leg.
 ///
 /// # Errors
-/// As [`LinearCurve::new`].
+/// As [`linearise`](super::linearise::linearise).
 pub(super) fn of_legs(
     space: impl Homogeneous,
     mut state: State<f64>,
@@ -77,7 +76,8 @@ pub(super) fn of_legs(
             found: of_leg as f64,
         });
     }
-    let mut legs: Vec<Placed> = Vec::new();
+    // The legs with points.
+    let (mut legs, mut count): (Vec<Placed>, usize) = (Vec::new(), 0);
     let mut flow = Mat::identity(4 * d, 4 * d);
     let (mut start, mut length, mut numbers) = (0.0, 1.0, 0);
     while start != 1.0 {
@@ -87,16 +87,10 @@ pub(super) fn of_legs(
         let Some(leg) = LinearLeg::from_start(space, &own, tau, has_points) else {
             length *= 0.5;
             if start + length == start {
-                return Err(too_many(legs.len(), 1.0 - start, length));
+                return Err(too_many(count, 1.0 - start, length));
             }
             continue;
         };
-        if length == 1.0 && d <= LARGE {
-            let curve = at_middle(space, &leg, 1).into_iter().flatten().next();
-            if let Some(curve) = curve {
-                return Ok(curve);
-            }
-        }
         numbers += leg.frames.len() + 4 * leg.displacements.direct.len() + 41 * d * d;
         state = scaled(&leg.last_state, 1.0 / length);
         let by_start = by_start(&leg, &flow, length)?;
@@ -104,13 +98,17 @@ pub(super) fn of_legs(
         let last = &leg.frames[leg.frames.len() - r * r..];
         let mut next = vec![0.0; r * r];
         multiply(r, &frame, last, &mut next);
-        legs.push(Placed {
-            start,
-            length,
-            frame: std::mem::replace(&mut frame, next),
-            by_start,
-            leg,
-        });
+        let first = std::mem::replace(&mut frame, next);
+        if has_points {
+            legs.push(Placed {
+                start,
+                length,
+                frame: first,
+                by_start,
+                leg,
+            });
+        }
+        count += 1;
         start = if length == 1.0 - start {
             1.0
         } else {
@@ -118,12 +116,12 @@ pub(super) fn of_legs(
         };
         let left = 1.0 - start;
         if numbers > LARGEST && left != 0.0 {
-            return Err(too_many(legs.len(), left, length));
+            return Err(too_many(count, left, length));
         }
         // The same number of legs, but of equal length.
         length = left / (left / length).ceil().max(1.0);
     }
-    between_ends(r, (&legs, has_points), &flow, frame)
+    between_ends(r, &legs, &flow, frame)
 }
 
 /// The displacement of the first point of a leg and the changes at its middle, given `(p, w, a, b)` there.
@@ -166,7 +164,7 @@ fn matrix(response: &Response<f64>, d: usize) -> Mat<f64> {
 /// The response to the data at the ends, from the flow that maps `(p, w, a, b)` at the start to those at the end.
 fn between_ends(
     r: usize,
-    (legs, has_points): (&[Placed], bool),
+    legs: &[Placed],
     flow: &Mat<f64>,
     frame: Vec<f64>,
 ) -> Result<LinearCurve> {
@@ -206,10 +204,7 @@ fn between_ends(
     Ok(LinearCurve {
         frame,
         stiffness: row_by_row(stiffness.as_ref()).collect(),
-        parts: match has_points {
-            true => legs.iter().map(part).collect(),
-            false => Vec::new(),
-        },
+        parts: legs.iter().map(part).collect(),
     })
 }
 

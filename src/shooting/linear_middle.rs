@@ -13,9 +13,6 @@ use crate::linalg::field::{Field, accumulate, factor, substitute};
 use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
 
-/// Largest number of dimensions in which a single leg is solved at its middle.
-pub(super) const LARGE: usize = 30;
-
 /// A leg is solved at its middle, without pivoting, if no entry of the solution is larger than this, and if that leaves this
 /// fraction of it: its ends are then far from conjugate ones.
 const REGULAR: f64 = 1e4;

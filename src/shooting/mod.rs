@@ -32,6 +32,7 @@ mod linear_curve;
 mod linear_leg;
 mod linear_legs;
 mod linear_middle;
+mod linearise;
 mod lone_leg;
 mod newton;
 mod newton_step;
@@ -54,7 +55,8 @@ mod tests;
 
 pub(crate) use free_chain::products_of_step;
 pub(crate) use layout::{Held, Layout};
-pub(crate) use linear_curve::{DENSE, LinearCurve, Part};
+pub(crate) use linear_curve::{LinearCurve, Part};
+pub(crate) use linearise::{DENSE, linearise, linearise_all};
 pub(crate) use lone_leg::{EndData, LoneLeg, lone_leg, lone_legs};
 pub(crate) use solve::{Descent, LeastCost, least_cost, solve};
 pub(crate) use start_response::StartResponse;

@@ -34,14 +34,14 @@ use super::data_variation::{SplineGradient, SplineVariation, check};
 use super::ends::EndConditions;
 use super::given::Given;
 use super::knot_gradient::KnotGradient;
-use super::knot_states::{KnotStates, SOLVER, State};
+use super::knot_states::{KnotStates, SOLVER};
 use super::knot_system::{KnotSystem, check_size};
 use super::piecewise::Piecewise;
 use super::spline_ends::check_ends;
 use crate::cubic::RiemannianCubic;
 use crate::cubic::linear_cubic::{LinearCubic, is_on};
 use crate::cubic::linear_flow::{VARIATION, check_cotangents};
-use crate::cubic::linear_piece::{LinearPiece, add};
+use crate::cubic::linear_piece::{Ends, LinearPiece};
 use crate::cubic::linear_start::Start;
 use crate::cubic::packing::entries;
 use crate::cubic::turning::turned;
@@ -49,6 +49,7 @@ use crate::curve::Curve;
 use crate::curve::span::Span;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::linalg::field::add;
 use crate::linalg::structure::{check_range, norm};
 
 /// The derivative of a spline of Riemannian cubics with respect to its data.
@@ -233,7 +234,7 @@ impl SplineDerivative {
             };
             Ok((piece, found))
         };
-        let parts: Vec<(usize, State)> = grouped.par_iter().map(part).collect::<Result<_>>()?;
+        let parts: Vec<(usize, Ends)> = grouped.par_iter().map(part).collect::<Result<_>>()?;
         let mut gradient = KnotGradient::zeros(&self.states);
         for (piece, by_ends) in parts {
             let h = self.states.lengths[piece];
@@ -314,7 +315,7 @@ impl SplineDerivative {
     }
 
     /// `(u_0, w_0, u_1, w_1)` of a piece, in its own time.
-    fn ends_of(&self, piece: usize, u: &[f64], w: &[f64]) -> State {
+    fn ends_of(&self, piece: usize, u: &[f64], w: &[f64]) -> Ends {
         let (size, h) = (self.states.size(), self.states.lengths[piece]);
         std::array::from_fn(|i| {
             let at = (piece + i / 2) * size;

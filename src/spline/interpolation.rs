@@ -25,6 +25,7 @@ use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::legs::Knots;
+use crate::linalg::field::add;
 use crate::manifold::carrier::Direction;
 use crate::solve::tridiagonal::Tridiagonal;
 
@@ -218,11 +219,5 @@ impl<'c, C: Chain> Interpolation<'c, C> {
             }
         }
         Ok(step.entries)
-    }
-}
-
-fn add(to: &mut [f64], factor: f64, from: &[f64]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to += factor * from;
     }
 }

@@ -5,10 +5,11 @@ use faer::{Mat, Scale};
 
 use super::data_variation::SplineGradient;
 use super::given::Given;
-use super::knot_states::{KnotStates, State};
-use crate::cubic::linear_piece::add;
+use super::knot_states::KnotStates;
+use crate::cubic::linear_piece::Ends;
 use crate::cubic::turning::{by_data, lowered};
 use crate::error::{Error, Result};
+use crate::linalg::field::add;
 use crate::linalg::structure::norm;
 
 /// Gradient of a function of displacements `u` and velocities `w` at the knots, as tangent vectors by columns, one knot after
@@ -55,7 +56,7 @@ impl KnotGradient {
 
     /// Adds the gradient with respect to `(u_0, w_0, u_1, w_1)` of a piece, times one factor for displacements and one
     /// for velocities.
-    pub(super) fn add(&mut self, piece: usize, by_ends: &State, [by_u, by_w]: [f64; 2]) {
+    pub(super) fn add(&mut self, piece: usize, by_ends: &Ends, [by_u, by_w]: [f64; 2]) {
         let size = by_ends[0].len();
         for (end, by_end) in by_ends.chunks_exact(2).enumerate() {
             let at = (piece + end) * size;

@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::product::columns;
 use crate::manifold::grassmann::joining::alignment;
+use crate::solve::gmres::dot;
 use crate::space::Quotient;
 
 pub(super) const SOLVER: &str = "derivative of a spline";
@@ -107,7 +108,6 @@ impl KnotStates {
     /// `<v, w> = tr(v^T w) - tr(v^T S S^T w) / 2` at a knot.
     pub(super) fn inner(&self, knot: usize, v: &[f64], w: &[f64]) -> f64 {
         let (n, s) = (self.shape.0, &self.at(knot)[0]);
-        let dot = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
         let mut along = 0.0;
         for (v, w) in v.chunks_exact(n).zip(w.chunks_exact(n)) {
             for s in s.chunks_exact(n) {

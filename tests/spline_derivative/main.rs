@@ -49,6 +49,11 @@ fn cases() -> impl Iterator<Item = (String, Family)> {
             let what = format!("{shape:?}, {count} knots, {ends:?}");
             (what, Family::new(shape, count, ends, 40 + count as u64))
         })
+        // 66 dimensions: pieces do not keep displacements.
+        .chain(std::iter::once((
+            "(12, 12), 3 knots".to_owned(),
+            Family::new((12, 12), 3, Ends::Natural, 43),
+        )))
 }
 
 /// Differences with steps of 2e-3: the solver's 1e-12 divided by the step, and the fifth derivative times 5e-13.
