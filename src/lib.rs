@@ -62,6 +62,7 @@ mod space;
 pub mod spline;
 #[cfg(any(feature = "python", feature = "serde"))]
 mod stored;
+mod threads;
 
 pub use cubic::RiemannianCubic;
 pub use curve::{

@@ -20,6 +20,10 @@ use crate::linalg::field::{accumulate, add};
 use crate::linalg::lanes::LANES;
 use crate::linalg::product::{columns, columns_mut, mul_add, mul_into};
 use crate::shooting::{LinearCurve, Part, linearise, linearise_all};
+use crate::threads::is_alone;
+
+/// Microseconds of up to eight cubics.
+const GROUP: f64 = 100.0;
 
 /// Displacement and change of the velocity, at the start and at the end.
 pub(crate) type Ends = [Vec<f64>; 4];
@@ -106,9 +110,11 @@ impl LinearPiece {
             let piece = |((index, start), curve)| (index, Self::of_curve(start, &layout, curve));
             Ok(pieces.map(piece).collect())
         };
-        let found: Vec<Vec<(usize, Self)>> =
-            groups.into_par_iter().map(linear).collect::<Result<_>>()?;
-        let mut pieces: Vec<(usize, Self)> = found.into_iter().flatten().collect();
+        let found: Result<Vec<Vec<(usize, Self)>>> = match is_alone(groups.len(), GROUP) {
+            true => groups.into_iter().map(linear).collect(),
+            false => groups.into_par_iter().map(linear).collect(),
+        };
+        let mut pieces: Vec<(usize, Self)> = found?.into_iter().flatten().collect();
         pieces.sort_unstable_by_key(|(index, _)| *index);
         Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
     }

@@ -282,7 +282,7 @@ fn cayley_retract(manifold: &Stiefel, s: MatRef<'_, f64>, v: MatRef<'_, f64>) ->
     }
     let k = manifold.k();
     let (normal, omega) = manifold.split(s, v)?;
-    let (q, c) = thin_qr((s + &normal * Scale(0.5)).as_ref());
+    let (q, c) = factors_of_half(s, &normal, length);
     // C^{-T}, lower triangular, and C^{-T} Omega C^{-1}.
     let mut inverse = Mat::<f64>::identity(k, k);
     solve_upper(c.as_ref(), inverse.as_mut());
@@ -297,10 +297,28 @@ fn cayley_retract(manifold: &Stiefel, s: MatRef<'_, f64>, v: MatRef<'_, f64>) ->
     let y = &q * solution * Scale(2.0) - s;
     // The point is only accurate to eps |V|, the effect of changing V in its last digit; the steps remove the resulting
     // orthonormality defect.
-    if orthonormality_defect(y.as_ref()) > NEARLY_ORTHONORMAL {
+    let defect = orthonormality_defect(y.as_ref());
+    if defect > NEARLY_ORTHONORMAL {
         return Err(refused);
     }
-    Ok(newton_schulz(&newton_schulz(&y)))
+    let once = newton_schulz(&y);
+    // One step squares the defect.
+    match defect * defect <= f64::EPSILON {
+        true => Ok(once),
+        false => Ok(newton_schulz(&once)),
+    }
+}
+
+/// The QR factors of `S + K/2`, where `K` is shorter than `length`.
+fn factors_of_half(s: MatRef<'_, f64>, k: &Mat<f64>, length: f64) -> (Mat<f64>, Mat<f64>) {
+    let mut half = s + k * Scale(0.5);
+    if 0.5 * length <= SHORT
+        && let Some(factors) = CholeskyQr::new(half.as_ref())
+    {
+        factors.orthonormalise(half.as_mut());
+        return (half, factors.r().to_owned());
+    }
+    thin_qr(half.as_ref())
 }
 
 /// The triangular `R` for which `S1 R - S0` is tangent.

@@ -250,13 +250,14 @@ fn map_members(
     let size = core
         .iter()
         .fold(1, |size: usize, axis| size.saturating_mul(*axis));
-    let (long, block) = (call.is_long(), call.block(len));
+    let (distributed, block) = (len > 1 && call.is_long(), call.block(len));
     let mut out = Vec::new();
     let total = len.checked_mul(size);
     let Some(total) = total.filter(|total| out.try_reserve_exact(*total).is_ok()) else {
         let message = format!("cannot hold {len} results of {size} numbers");
         return Err(PyMemoryError::new_err(message));
     };
+    let call = call.distributed(distributed);
     let (failure, entries) = call.run_any(move |interrupt| {
         // Filled where it can be interrupted: the first access to gigabytes takes seconds.
         out.resize(total, 0.0);
@@ -277,7 +278,7 @@ fn map_members(
         // Visits every member even if the result is empty.
         let failure = if size == 0 {
             (0..len).find_map(|i| failure(i, &mut []))
-        } else if long && len > 1 {
+        } else if distributed {
             let blocks = out.par_chunks_mut(size * block).enumerate();
             blocks.filter_map(block_of).min_by_key(|(i, _)| *i)
         } else {

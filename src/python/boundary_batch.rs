@@ -100,7 +100,9 @@ pub fn solve_boundary<'py>(
         batch.check_shape(name, (rows, cols))?;
     }
     let quotient = points.quotient;
-    let call = Call::new(py, num_threads, SOLVES * 4.0 * batches[0].numbers())?.over(field);
+    let call = Call::new(py, num_threads, SOLVES * 4.0 * batches[0].numbers())?
+        .over(field)
+        .distributed(true);
     let lead = shape.clone();
     let fields = call.run(move |interrupt| {
         let options = BoundaryOptions {

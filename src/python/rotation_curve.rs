@@ -209,7 +209,7 @@ impl PyRotationCurve {
             given.push(Given::new(py, quaternions, &bc_type, ends.given, how)?);
             conditions.push(ends.conditions);
         }
-        let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?;
+        let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?.distributed(true);
         let found = call.run(move |interrupt| {
             let options = how.options(interrupt);
             let one = |member: usize| {
@@ -344,7 +344,8 @@ impl PyRotationCurve {
         let (shape, entries) = read_axes::<2>(quaternions, "quaternions", "(N, 4)")?;
         let rotations = keyframes(&shape, &entries)?;
         let Ends { given, conditions } = ends(py, bc_type, &rotations)?;
-        let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?;
+        let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?
+            .distributed(rotations.len() > ON_ONE_THREAD);
         let given = Given::new(py, entries, bc_type, given, how)?;
         let spline = call.run(move |interrupt| {
             let options = how.options(interrupt);

@@ -21,9 +21,16 @@ use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::solve::tridiagonal::{Isometries, Way};
 use crate::space::Quotient;
+use crate::threads::{self, is_alone};
 
 /// Number of legs that one task of the thread pool integrates, together if that is faster.
 pub(super) const LEGS: usize = LANES;
+
+/// Microseconds of a leg that is integrated among eight, of a quasi-geodesic between neighbours, and of a piece whose curve is
+/// computed later.
+const LEG: f64 = 10.0;
+pub(super) const JOIN: f64 = 10.0;
+const PIECE: f64 = 0.5;
 
 /// Cost of the logarithm of a datum plus joining a moved knot, in units of joining: the logarithm takes about five
 /// times as long.
@@ -31,14 +38,6 @@ pub(super) const JOINS: f64 = 6.0;
 
 /// Angle between consecutive bases up to which they count as aligned: round-off.
 const ALIGNED: f64 = 16.0 * f64::EPSILON;
-
-/// Number of items up to which the thread pool is not used.
-const FEW: usize = 16;
-
-/// Whether the thread pool would take longer to wake than to work, or has a single thread.
-fn is_alone(count: usize) -> bool {
-    count <= FEW || rayon::current_num_threads() == 1
-}
 
 /// Integration accuracy of legs, their speeds at the ends, and the counter of work.
 pub(super) struct Means<'a> {
@@ -195,8 +194,9 @@ pub(super) struct Joint {
 /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, wrapped in `AtKnot` of the first of the two knots.
 pub(super) fn links(points: &[Mat<f64>], quotient: Quotient) -> Result<Vec<Joint>> {
     let (n, k) = points[0].shape();
-    for_each(
+    threads::map(
         points.len() - 1,
+        JOIN,
         || EndpointProblem::new(n, k),
         |problem, knot| {
             let [first, last] = [knot, knot + 1].map(|knot| points[knot].as_ref());
@@ -253,7 +253,7 @@ pub(super) fn pieces(
         let span = (0.0, 1.0);
         Ok(RiemannianCubic::of_leg(space.n, space.k, frame, path, span))
     };
-    for_each(legs, || (), curve)
+    threads::map(legs, PIECE, || (), curve)
 }
 
 /// The space of the points.
@@ -262,25 +262,6 @@ pub(super) struct Space {
     pub(super) k: usize,
     /// Orthonormal basis of the span of all points, if the span is smaller than `R^n`.
     pub(super) basis: Option<Arc<Mat<f64>>>,
-}
-
-/// Computes one value per item, in parallel if there are more than a few: for few items, waking the thread pool would
-/// take longer. Results do not depend on the number of threads.
-pub(super) fn for_each<W, T: Send>(
-    count: usize,
-    worker: impl Fn() -> W + Sync + Send,
-    one: impl Fn(&mut W, usize) -> Result<T> + Sync + Send,
-) -> Result<Vec<T>> {
-    if is_alone(count) {
-        let mut worker = worker();
-        return (0..count).map(|i| one(&mut worker, i)).collect();
-    }
-    let all: Vec<Result<T>> = (0..count)
-        .into_par_iter()
-        .with_min_len(LEGS)
-        .map_init(worker, one)
-        .collect();
-    all.into_iter().collect()
 }
 
 /// Values at the ends of the legs.
@@ -344,7 +325,7 @@ impl Arrivals {
             }
             Ok(miss)
         };
-        let found: Vec<Result<f64>> = if is_alone(lengths.len()) {
+        let found: Vec<Result<f64>> = if is_alone(lengths.len(), LEG) {
             let mut worker = chain.worker();
             let groups = values
                 .chunks_mut(size * vectors * LEGS)

@@ -28,7 +28,6 @@
 //! ```
 
 use faer::{Mat, MatRef, Scale};
-use rayon::prelude::*;
 
 use super::data_variation::{SplineGradient, SplineVariation, check};
 use super::ends::EndConditions;
@@ -51,6 +50,11 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::field::add;
 use crate::linalg::structure::{check_range, norm};
+use crate::threads;
+
+/// Microseconds of the start of a piece, and of its points.
+const START: f64 = 2.0;
+const POINTS: f64 = 2.0;
 
 /// The derivative of a spline of Riemannian cubics with respect to its data.
 ///
@@ -100,12 +104,12 @@ impl Piecewise<RiemannianCubic> {
         check_ends(&states, ends)?;
         let span = span(&states, given);
         check_size(&states, &span)?;
-        let start = |piece: &RiemannianCubic| {
+        let start = |(): &mut (), leg: usize| {
             interrupt.check(SOLVER)?;
-            Start::of_curve(piece)
+            Start::of_curve(&self.pieces()[leg])
         };
-        let starts = self.pieces().par_iter().map(start);
-        let pieces = LinearPiece::all(starts.collect::<Result<_>>()?, interrupt)?;
+        let starts = threads::map(self.pieces().len(), START, || (), start)?;
+        let pieces = LinearPiece::all(starts, interrupt)?;
         let system = KnotSystem::new(&states, &pieces, &span, given, interrupt)?;
         Ok(SplineDerivative {
             curve: self.clone(),
@@ -160,7 +164,8 @@ impl SplineDerivative {
         check(&self.states, self.given, variation)?;
         let runs = self.curve.runs(times)?;
         let [u, w] = self.at_knots(variation);
-        let part = |&(piece, from, to): &(usize, usize, usize)| {
+        let part = |(): &mut (), run: usize| {
+            let (piece, from, to) = runs[run];
             let local: Vec<f64> = times[from..to]
                 .iter()
                 .map(|t| self.curve.local(piece, *t))
@@ -178,7 +183,7 @@ impl SplineDerivative {
             };
             found.iter().map(point).collect()
         };
-        let parts: Vec<Vec<Mat<f64>>> = runs.par_iter().map(part).collect::<Result<_>>()?;
+        let parts = threads::map(runs.len(), POINTS, || (), part)?;
         Ok(parts.into_iter().flatten().collect())
     }
 
@@ -218,7 +223,8 @@ impl SplineDerivative {
         runs.sort_by_key(|run| run.0);
         let grouped: Vec<&[(usize, usize, usize)]> =
             runs.chunk_by(|one, other| one.0 == other.0).collect();
-        let part = |runs: &&[(usize, usize, usize)]| {
+        let part = |(): &mut (), group: usize| {
+            let runs = grouped[group];
             let piece = runs[0].0;
             let indices = || runs.iter().flat_map(|run| run.1..run.2);
             let local: Vec<f64> = indices()
@@ -234,7 +240,7 @@ impl SplineDerivative {
             };
             Ok((piece, found))
         };
-        let parts: Vec<(usize, Ends)> = grouped.par_iter().map(part).collect::<Result<_>>()?;
+        let parts: Vec<(usize, Ends)> = threads::map(grouped.len(), POINTS, || (), part)?;
         let mut gradient = KnotGradient::zeros(&self.states);
         for (piece, by_ends) in parts {
             let h = self.states.lengths[piece];

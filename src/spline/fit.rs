@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::chain::{Arrivals, Movable, for_each, square};
+use super::chain::{Arrivals, Movable, square};
 use super::flat_smoothing::{FlatSmoothing, add_scaled};
 use super::motion::Motion;
 use crate::cubic::taylor::Accuracy;
@@ -14,6 +14,7 @@ use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
 use crate::space::Quotient;
+use crate::threads;
 
 /// Vectors computed per leg: distance, velocity, acceleration and the third vector.
 const VECTORS: usize = 4;
@@ -83,8 +84,9 @@ impl Data {
         points: &[Mat<f64>],
         quotient: Quotient,
     ) -> Result<f64> {
-        let squares = for_each(
+        let squares = threads::map(
             self.len(),
+            LOGARITHM,
             || (),
             |(), i| {
                 let reached = points[self.knots[i]].as_ref();
@@ -127,8 +129,9 @@ impl Data {
     ) -> Result<Vec<Vec<f64>>> {
         let is_far = |knot: usize, away: &[f64]| chain.square(knot, away) > FAR * FAR;
         // All of them are computed even if one fails, so that the counted work does not depend on the threads.
-        let all = for_each(
+        let all = threads::map(
             self.len(),
+            LOGARITHM,
             || (),
             |(), i| {
                 let knot = self.knots[i];
@@ -142,6 +145,9 @@ impl Data {
         all.into_iter().collect()
     }
 }
+
+/// Microseconds of a logarithm, at least.
+const LOGARITHM: f64 = 10.0;
 
 /// Distance beyond which, or after a failure, the logarithm searches for the shortest geodesic. That takes about as
 /// long as moving a knot this many times: half as long as that on St(9,7), 5 to 11 times on St(8,4) and St(12,4), 17

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use faer::{Mat, MatRef};
 
-use super::chain::{Chain, JOINS, Means, Movable, for_each};
+use super::chain::{Chain, JOINS, Means, Movable};
 use super::motion::Motion;
 use super::neighbours::{Joining, Link};
 use crate::cubic::blocks::Sized;
@@ -26,6 +26,10 @@ use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::space::{Kind, Quotient, Shape};
+use crate::threads;
+
+/// Microseconds of a link in few dimensions.
+const LINK: f64 = 1.5;
 
 /// Number of legs from which integrating eight at once is faster.
 const WORTHWHILE: usize = 3;
@@ -55,8 +59,9 @@ impl<'a> Framed<'a> {
         interrupt: Interrupt<'a>,
     ) -> Result<Self> {
         let blocks = blocks(kind, [frames[0].nrows(), columns]);
-        let links = for_each(
+        let links = threads::map(
             lengths.len(),
+            LINK,
             || Joining::new(blocks, columns),
             |joining, leg| {
                 let ends = [&frames[leg], &frames[leg + 1]];
@@ -359,8 +364,9 @@ impl Movable for Framed<'_> {
     /// Frames are carried along, so coordinates do not change.
     fn moved(&self, shifts: &[f64], _: &mut Motion) -> Result<Self> {
         let shift = |knot: usize| &shifts[self.size() * knot..][..self.size()];
-        let frames = for_each(
+        let frames = threads::map(
             self.frames.len(),
+            LINK,
             || (),
             |(), knot| {
                 let moved = self.moved_frame(knot, shift(knot));

@@ -20,11 +20,16 @@ use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
 use crate::space::{Kind, Quotient};
+use crate::threads::{self, is_alone};
 
 const SOLVER: &str = "geometric spline";
 
 /// Number of past steps used by Anderson mixing.
 const DEPTH: usize = 5;
+
+/// Microseconds of the bends of a leg, and of a piece.
+const BEND: f64 = 4.0;
+const PIECE: f64 = 20.0;
 
 /// Minimal number of legs per group, and maximal number of groups: each group has its own buffers.
 const GROUP: usize = 16;
@@ -302,19 +307,21 @@ impl<'a> Problem<'a> {
         let group = group(legs);
         let mut all = vec![0.0; 2 * size * legs];
         let mut work = std::mem::take(&mut self.work);
-        let failures: Vec<Option<Error>> = all
-            .par_chunks_mut(2 * size * group)
-            .zip(&mut work)
-            .enumerate()
-            .map(|(which, (all, work))| {
-                let mut legs = all.chunks_mut(2 * size).enumerate();
-                legs.find_map(|(i, out)| {
-                    let leg = which * group + i;
-                    let outcome = self.bends_of_leg(leg, velocities, work, out);
-                    outcome.err().map(|error| error.at_knot(leg))
-                })
+        let of_group = |(which, (all, work)): (usize, (&mut [f64], &mut Bends))| {
+            let mut legs = all.chunks_mut(2 * size).enumerate();
+            legs.find_map(|(i, out)| {
+                let leg = which * group + i;
+                let outcome = self.bends_of_leg(leg, velocities, work, out);
+                outcome.err().map(|error| error.at_knot(leg))
             })
-            .collect();
+        };
+        let failures: Vec<Option<Error>> = if is_alone(legs, BEND) {
+            let groups = all.chunks_mut(2 * size * group).zip(&mut work);
+            groups.enumerate().map(of_group).collect()
+        } else {
+            let groups = all.par_chunks_mut(2 * size * group).zip(&mut work);
+            groups.enumerate().map(of_group).collect()
+        };
         self.work = work;
         match failures.into_iter().flatten().next() {
             Some(error) => Err(error),
@@ -399,28 +406,21 @@ impl<'a> Problem<'a> {
     }
 
     fn pieces(&self, velocities: &[f64]) -> Result<Vec<GeometricCubic>> {
-        let pieces: Vec<Result<GeometricCubic>> = (0..self.knots.lengths.len())
-            .into_par_iter()
-            .map(|leg| {
-                self.interrupt.check(SOLVER)?;
-                let (h, ends) = (Scale(self.knots.lengths[leg]), [leg, leg + 1]);
-                let velocity = |knot| matrix(self.velocity(velocities, knot), self.shape) * h;
-                // The solved velocities are tangent to the solver's tolerance; make them tangent to round-off.
-                let [v0, v1] = ends.map(|knot| {
-                    let point = self.knots.points[knot].as_ref();
-                    self.knots.lift(
-                        tangent_part(Quotient::Frames, point, velocity(knot).as_ref()).as_ref(),
-                    )
-                });
-                let [s0, s1] = ends.map(|knot| self.knots.lift(self.knots.points[knot].as_ref()));
-                GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())
-            })
-            .collect();
-        pieces
-            .into_iter()
-            .enumerate()
-            .map(|(leg, piece)| piece.map_err(|error| error.at_knot(leg)))
-            .collect()
+        let piece = |(): &mut (), leg: usize| {
+            self.interrupt.check(SOLVER)?;
+            let (h, ends) = (Scale(self.knots.lengths[leg]), [leg, leg + 1]);
+            let velocity = |knot| matrix(self.velocity(velocities, knot), self.shape) * h;
+            // The solved velocities are tangent to the solver's tolerance; make them tangent to round-off.
+            let [v0, v1] = ends.map(|knot| {
+                let point = self.knots.points[knot].as_ref();
+                self.knots
+                    .lift(tangent_part(Quotient::Frames, point, velocity(knot).as_ref()).as_ref())
+            });
+            let [s0, s1] = ends.map(|knot| self.knots.lift(self.knots.points[knot].as_ref()));
+            let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+            GeometricCubic::from_boundary(s0, v0, s1, v1).map_err(|error| error.at_knot(leg))
+        };
+        threads::map(self.knots.lengths.len(), PIECE, || (), piece)
     }
 }
 

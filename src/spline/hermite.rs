@@ -1,7 +1,6 @@
 //! Curves through points with given velocities: pieces that are computed independently of each other.
 
 use faer::{MatRef, Scale};
-use rayon::prelude::*;
 
 use super::bases::joined;
 use super::knots;
@@ -11,6 +10,10 @@ use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::manifold::tangent::check_vector;
 use crate::space::Quotient;
+use crate::threads;
+
+/// Microseconds of a piece, at least.
+const PIECE: f64 = 50.0;
 
 /// The once continuously differentiable curve of Riemannian cubics through points with given velocities.
 ///
@@ -111,17 +114,12 @@ fn pieces<C: Curve + Send>(
     + Sync,
 ) -> Result<Piecewise<C>> {
     check(quotient, t, points, velocities)?;
-    let pieces = (0..t.len() - 1)
-        .into_par_iter()
-        .map(|i| {
-            let h = t[i + 1] - t[i];
-            let [v0, v1] = [velocities[i], velocities[i + 1]].map(|v| v * Scale(h));
-            piece(points[i], v0.as_ref(), points[i + 1], v1.as_ref())
-                .map_err(|error| placed(error, i))
-        })
-        .collect::<Vec<Result<C>>>();
-    // The first leg that fails determines the error, for any number of threads.
-    let pieces = pieces.into_iter().collect::<Result<_>>()?;
+    let of_leg = |(): &mut (), i: usize| {
+        let h = t[i + 1] - t[i];
+        let [v0, v1] = [velocities[i], velocities[i + 1]].map(|v| v * Scale(h));
+        piece(points[i], v0.as_ref(), points[i + 1], v1.as_ref()).map_err(|error| placed(error, i))
+    };
+    let pieces = threads::map(t.len() - 1, PIECE, || (), of_leg)?;
     Ok(Piecewise::new(t.to_vec(), pieces))
 }
 

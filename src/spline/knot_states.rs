@@ -1,7 +1,6 @@
 //! The states of a spline of Riemannian cubics on both sides of its knots, in units of the mean leg.
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use super::given::Given;
 use super::piecewise::Piecewise;
@@ -13,6 +12,10 @@ use crate::linalg::product::columns;
 use crate::manifold::grassmann::joining::alignment;
 use crate::solve::gmres::dot;
 use crate::space::Quotient;
+use crate::threads;
+
+/// Microseconds of the ends of a piece.
+const ENDS: f64 = 2.0;
 
 pub(super) const SOLVER: &str = "derivative of a spline";
 
@@ -44,8 +47,9 @@ impl KnotStates {
         let (knots, pieces) = (curve.knots(), curve.pieces());
         let unit = (knots[pieces.len()] - knots[0]) / pieces.len() as f64;
         let lengths: Vec<f64> = knots.windows(2).map(|t| (t[1] - t[0]) / unit).collect();
-        let of_piece = |(piece, h): (&RiemannianCubic, &f64)| {
+        let of_piece = |(): &mut (), leg: usize| {
             interrupt.check(SOLVER)?;
+            let (piece, h) = (&pieces[leg], lengths[leg]);
             let mut ends = [piece.tangents(0.0)?, piece.tangents(1.0)?];
             for state in &mut ends {
                 for (order, vector) in state.iter_mut().enumerate() {
@@ -55,9 +59,8 @@ impl KnotStates {
             }
             Ok(ends)
         };
-        let ends = pieces.par_iter().zip(&lengths).map(of_piece);
         Ok(KnotStates {
-            ends: ends.collect::<Result<_>>()?,
+            ends: threads::map(pieces.len(), ENDS, || (), of_piece)?,
             tension: pieces[0].tension() / lengths[0].powi(2),
             lengths,
             unit,

@@ -13,7 +13,6 @@
 //! `Y_0` is `w H`; the blocks of the last piece, and the vectors at the last knot, are expressed in the first basis.
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use super::given::Given;
 use super::knot_states::{KnotStates, SOLVER};
@@ -30,6 +29,10 @@ use crate::shooting::DENSE;
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::solve::gmres::norm;
 use crate::space::Quotient;
+use crate::threads;
+
+/// Microseconds of the blocks of a piece.
+const BLOCKS: f64 = 1.0;
 
 /// A system counts as singular if its smallest eigenvalue is below this fraction of the largest, as for boundary
 /// problems.
@@ -122,16 +125,12 @@ impl KnotSystem {
             quotient: states.quotient,
             shape: states.shape,
         };
-        let blocks = |(leg, piece): (usize, &LinearPiece)| {
+        let blocks = |(): &mut (), leg: usize| {
             interrupt.check(SOLVER)?;
             let frames = [leg, (leg + 1) % count].map(|knot| system.frames[knot].as_ref());
-            Ok(piece.by_velocities(frames))
+            Ok(pieces[leg].by_velocities(frames))
         };
-        let blocks: Vec<Blocks> = pieces
-            .par_iter()
-            .enumerate()
-            .map(blocks)
-            .collect::<Result<_>>()?;
+        let blocks: Vec<Blocks> = threads::map(pieces.len(), BLOCKS, || (), blocks)?;
         system.inner = system.factored(&states.lengths, &blocks)?;
         if span.basis().is_some() {
             let blocks: Option<Vec<Blocks>> =

@@ -6,7 +6,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::chain::{Chain, for_each};
+use super::chain::Chain;
 use super::ends::Ends;
 use super::interpolation::{Interpolation, Residual};
 use super::motion::Motion;
@@ -14,6 +14,10 @@ use crate::cubic::taylor::Accuracy;
 use crate::error::Result;
 use crate::linalg::decomp::solve_matrix;
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
+use crate::threads;
+
+/// Microseconds of the derivative of a leg, at least.
+const DERIVATIVE: f64 = 100.0;
 
 /// Integration accuracy of derivatives, relative to the residual.
 const DERIVATIVE_SHARE: f64 = 1e-2;
@@ -45,8 +49,9 @@ impl<C: Chain> Interpolation<'_, C> {
         found: &Residual,
     ) -> Result<Option<Linearised>> {
         let accuracy = Accuracy::of_tolerance(DERIVATIVE_SHARE * found.size.min(1.0));
-        let legs = for_each(
+        let legs = threads::map(
             self.chain.lengths().len(),
+            DERIVATIVE,
             || self.chain.worker(),
             |worker, leg| {
                 let h = self.chain.lengths()[leg];

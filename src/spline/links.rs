@@ -2,14 +2,14 @@
 //! to knot: for geometric and flat splines, and velocities from points.
 
 use faer::{Mat, MatMut, MatRef};
-use rayon::prelude::*;
 
-use super::chain::{Joint, joint};
+use super::chain::{JOIN, Joint, joint};
 use crate::error::Result;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::carrier::{Carrier, Direction};
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::space::Quotient;
+use crate::threads;
 
 /// The curves, in order.
 pub(super) struct Links {
@@ -25,8 +25,7 @@ struct Link {
 
 impl Link {
     fn new(
-        s0: MatRef<'_, f64>,
-        s1: MatRef<'_, f64>,
+        [s0, s1]: [MatRef<'_, f64>; 2],
         quotient: Quotient,
         problem: &mut EndpointProblem,
     ) -> Result<Self> {
@@ -54,19 +53,15 @@ impl Links {
     /// the two points.
     pub(super) fn new(points: &[Mat<f64>], quotient: Quotient) -> Result<Self> {
         let (n, k) = points[0].shape();
-        let links: Vec<Result<Link>> = points
-            .par_windows(2)
-            .map_init(
-                || EndpointProblem::new(n, k),
-                |problem, pair| Link::new(pair[0].as_ref(), pair[1].as_ref(), quotient, problem),
-            )
-            .collect();
-        // In order, so that the first error is reported for any number of threads.
-        let links = links
-            .into_iter()
-            .enumerate()
-            .map(|(knot, link)| link.map_err(|error| error.at_knot(knot)))
-            .collect::<Result<_>>()?;
+        let links = threads::map(
+            points.len() - 1,
+            JOIN,
+            || EndpointProblem::new(n, k),
+            |problem, knot| {
+                let ends = [knot, knot + 1].map(|knot| points[knot].as_ref());
+                Link::new(ends, quotient, problem).map_err(|error| error.at_knot(knot))
+            },
+        )?;
         Ok(Links { links })
     }
 

@@ -20,7 +20,7 @@ use faer::{Mat, MatRef};
 
 use super::ambient::Ambient;
 use super::bases::joined;
-use super::chain::{Movable, Space, for_each, pieces};
+use super::chain::{Movable, Space, pieces};
 use super::ends::EndConditions;
 use super::fit::{Data, Fit, work_of_balance};
 use super::framed::{Framed, frames};
@@ -39,6 +39,7 @@ use crate::manifold::Grassmann;
 use crate::manifold::Stiefel;
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Quotient, ScalarField};
+use crate::threads;
 
 const SOLVER: &str = "smoothing spline";
 
@@ -464,10 +465,14 @@ fn solve<C: Movable>(
     }
 }
 
+/// Microseconds of the cost of a piece, at least.
+const COST: f64 = 20.0;
+
 /// The cost of pieces on `[0, 1]` that take the given durations.
 fn cost(pieces: &[RiemannianCubic], lengths: &[f64]) -> Result<f64> {
-    let each = for_each(
+    let each = threads::map(
         pieces.len(),
+        COST,
         || (),
         |(), leg| Ok(pieces[leg].cost()? * lengths[leg].powi(-3)),
     )?;

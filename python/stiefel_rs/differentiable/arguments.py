@@ -14,6 +14,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -142,10 +143,10 @@ class Frame(Argument):
 
     def value(self, raw: Array, exact: Any) -> Array:
         """Project the argument."""
-        if not np.isfinite(raw).all():
-            raise InvalidInputError(f"{self.name}: not finite")
         if _is_frame(raw):
             return raw
+        if not np.isfinite(raw).all():
+            raise InvalidInputError(f"{self.name}: not finite")
         left, sizes, right = np.linalg.svd(raw, full_matrices=False)
         defect = float(np.abs(sizes - 1.0).max(initial=0.0))
         if defect > LARGEST_DEFECT:
@@ -252,7 +253,8 @@ class Horizontal(Argument):
 
 def transposed(matrix: Array) -> Array:
     """Return the conjugate transpose in the last two axes."""
-    return np.swapaxes(matrix, -1, -2).conj()
+    flipped: Array = matrix.swapaxes(-1, -2)
+    return flipped.conj() if flipped.dtype.kind == "c" else flipped
 
 
 def skew_part(matrix: Array) -> Array:
@@ -275,8 +277,15 @@ def inner_products(one: Array, other: Array) -> Array:
 
 def _is_frame(raw: Array) -> bool:
     """Whether columns are orthonormal to round-off, so that projection would not improve them."""
-    defect = np.abs(transposed(raw) @ raw - np.eye(raw.shape[-1])).max(initial=0.0)
+    defect = np.abs(transposed(raw) @ raw - _identity(raw.shape[-1])).max(initial=0.0)
     return bool(defect <= ROUND_OFF * raw.shape[-2])
+
+
+@lru_cache(maxsize=16)
+def _identity(size: int) -> Array:
+    identity = np.eye(size)
+    identity.flags.writeable = False
+    return identity
 
 
 def _unexpected(name: str, expected: str, found: Shape) -> InvalidInputError:
@@ -291,7 +300,9 @@ def _check_square(name: str, shape: Shape) -> None:
 def _check(name: str, defect: Array, whole: Array, meaning: str) -> None:
     if not np.isfinite(whole).all():
         raise InvalidInputError(f"{name}: not finite")
-    size = max(1.0, float(np.abs(whole).max(initial=0.0)))
     largest = float(np.abs(defect).max(initial=0.0))
+    if largest <= LARGEST_DEFECT:
+        return
+    size = max(1.0, float(np.abs(whole).max(initial=0.0)))
     if largest > LARGEST_DEFECT * size:
         raise InvalidInputError(f"{name}: {meaning} = {largest:.3g}, more than {LARGEST_DEFECT * size:.3g}")

@@ -44,19 +44,19 @@ class Solved(Generic[Curve]):
 
     def __init__(self, solve: Callable[..., Curve], numbers: Callable[..., int]) -> None:
         self._solve, self._numbers = solve, numbers
-        self._kept: OrderedDict[tuple[bytes, ...], tuple[Curve, int]] = OrderedDict()
+        self._kept: OrderedDict[tuple[tuple[Shape, bytes], ...], tuple[Curve, int]] = OrderedDict()
         self._size = 0
         self._lock = threading.Lock()
 
     def __call__(self, data: Sequence[Array]) -> Curve:
         """Return the curve of the given arguments."""
-        key = tuple(x.tobytes() + repr(x.shape).encode() for x in data)
+        key = tuple((x.shape, x.tobytes()) for x in data)
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
                 return self._kept[key][0]
         curve = self._solve(*data)
-        numbers = self._numbers(*data) + sum(map(len, key)) // 8
+        numbers = self._numbers(*data) + sum(len(entries) for _, entries in key) // 8
         with self._lock:
             if key not in self._kept:
                 self._size += numbers

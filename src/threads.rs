@@ -1,0 +1,40 @@
+//! Distribution of independent items among the threads of the pool, if they take long enough.
+
+use rayon::prelude::*;
+
+use crate::error::Result;
+
+/// Microseconds of work that are not worth waking the pool, which takes 20 to 40 of them.
+const ALONE: f64 = 80.0;
+
+/// Items that a thread takes at once, as far as there are more of them.
+const TOGETHER: usize = 8;
+
+/// Whether items, of about so many microseconds each, are better computed by the calling thread.
+pub(crate) fn is_alone(count: usize, each: f64) -> bool {
+    count < 2 || count as f64 * each <= ALONE || rayon::current_num_threads() == 1
+}
+
+/// Computes one value per item of about so many microseconds. All of them are computed if the pool is used; the error is
+/// that of the first item which fails, for any number of threads.
+///
+/// # Errors
+/// The errors of the items.
+pub(crate) fn map<W, T: Send>(
+    count: usize,
+    each: f64,
+    worker: impl Fn() -> W + Sync + Send,
+    one: impl Fn(&mut W, usize) -> Result<T> + Sync + Send,
+) -> Result<Vec<T>> {
+    if is_alone(count, each) {
+        let mut worker = worker();
+        return (0..count).map(|i| one(&mut worker, i)).collect();
+    }
+    let together = (ALONE / each) as usize;
+    let all: Vec<Result<T>> = (0..count)
+        .into_par_iter()
+        .with_min_len(together.clamp(1, TOGETHER))
+        .map_init(worker, one)
+        .collect();
+    all.into_iter().collect()
+}
