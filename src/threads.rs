@@ -7,12 +7,17 @@ use crate::error::Result;
 /// Microseconds of work that are not worth waking the pool, which takes 20 to 40 of them.
 const ALONE: f64 = 80.0;
 
-/// Items that a thread takes at once, as far as there are more of them.
+/// Most items that are kept together in one task.
 const TOGETHER: usize = 8;
 
 /// Whether items, of about so many microseconds each, are better computed by the calling thread.
 pub(crate) fn is_alone(count: usize, each: f64) -> bool {
     count < 2 || count as f64 * each <= ALONE || rayon::current_num_threads() == 1
+}
+
+/// Microseconds of an item with matrices of shape `(n, k)`, if it takes so many of them for `(3, 3)`.
+pub(crate) fn scaled(each: f64, (n, k): (usize, usize)) -> f64 {
+    each * ((n * k * k) as f64 / 27.0).max(1.0)
 }
 
 /// Computes one value per item of about so many microseconds. All of them are computed if the pool is used; the error is
@@ -30,7 +35,7 @@ pub(crate) fn map<W, T: Send>(
         let mut worker = worker();
         return (0..count).map(|i| one(&mut worker, i)).collect();
     }
-    let together = (ALONE / each) as usize;
+    let together = (0.5 * ALONE / each) as usize;
     let all: Vec<Result<T>> = (0..count)
         .into_par_iter()
         .with_min_len(together.clamp(1, TOGETHER))

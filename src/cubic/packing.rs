@@ -95,11 +95,16 @@ pub(crate) fn write_vector(out: &mut [f64], v: &[f64], r: usize, blocks: Sized) 
 
 /// Coordinates of the horizontal part of a vector at the first columns of the identity, by columns.
 pub(crate) fn read_vector(vector: &[f64], out: &mut [f64], r: usize, blocks: Sized) {
+    read_entries(|i, j| vector[i + r * j], out, blocks);
+}
+
+/// The same for a vector with the given entries.
+pub(crate) fn read_entries(entry: impl Fn(usize, usize) -> f64, out: &mut [f64], blocks: Sized) {
     let k = blocks.k;
     in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
         let entry = match i < k {
-            true => 0.5 * (vector[i + r * j] - vector[j + r * i]),
-            false => vector[i + r * j],
+            true => 0.5 * (entry(i, j) - entry(j, i)),
+            false => entry(i, j),
         };
         out[p] = entry * space.scale(i, j);
     }));

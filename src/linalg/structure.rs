@@ -1,9 +1,10 @@
 //! Norms, defects, and the input checks of public entries.
 
 use faer::linalg::matmul::triangular;
+use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::traits::ComplexField;
 use faer::traits::math_utils::is_finite;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use triangular::BlockStructure::{Rectangular, TriangularLower};
 
 use crate::error::{Error, Result};
@@ -108,6 +109,13 @@ pub(crate) fn gram(y: MatRef<'_, f64>) -> Mat<f64> {
 
 /// `|Y^T Y - I|_F`, the distance of the columns of `y` from orthonormality; infinite on overflow.
 pub fn orthonormality_defect(y: MatRef<'_, f64>) -> f64 {
+    let k = y.ncols();
+    if k <= WHOLE {
+        let mut entries = [0.0; WHOLE * WHOLE];
+        let mut gram = MatMut::from_column_major_slice_mut(&mut entries[..k * k], k, k);
+        mul_into(gram.rb_mut(), 1.0, y.transpose(), y);
+        return gram_defect(gram.rb());
+    }
     gram_defect(gram(y).as_ref())
 }
 

@@ -34,7 +34,7 @@ const VERIFIED: f64 = 10.0 * POINT_TOLERANCE;
 /// For longer vectors the Cayley transform loses more than half of its digits.
 const CAYLEY_LIMIT: f64 = 1e8;
 
-/// A Cayley transform with a larger orthonormality defect is wrong; two Newton-Schulz steps reduce a smaller one to
+/// A Cayley transform with a larger orthonormality defect is wrong; one or two Newton-Schulz steps reduce a smaller one to
 /// round-off.
 const NEARLY_ORTHONORMAL: f64 = 1e-6;
 
@@ -309,7 +309,7 @@ fn cayley_retract(manifold: &Stiefel, s: MatRef<'_, f64>, v: MatRef<'_, f64>) ->
     }
 }
 
-/// The QR factors of `S + K/2`, where `K` is shorter than `length`.
+/// The QR factors of `S + K/2`, where `K` is at most as long as `length`.
 fn factors_of_half(s: MatRef<'_, f64>, k: &Mat<f64>, length: f64) -> (Mat<f64>, Mat<f64>) {
     let mut half = s + k * Scale(0.5);
     if 0.5 * length <= SHORT

@@ -9,8 +9,8 @@ use crate::linalg::decomp::polar_factor;
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::skew_exp::check_skew;
 use crate::linalg::structure::{
-    check_finite, check_range, check_shape, frobenius_inner, gram, gram_defect, norm, skew_defect,
-    skew_part, symmetric_part,
+    check_finite, check_range, check_shape, frobenius_inner, gram, gram_defect, norm,
+    orthonormality_defect, skew_defect, skew_part, symmetric_part,
 };
 
 /// Allowed defect of a point, `|S^T S - I|_F`.
@@ -118,7 +118,8 @@ impl Stiefel {
         s: MatRef<'_, f64>,
         tolerance: f64,
     ) -> Result<()> {
-        self.checked_gram(name, s, tolerance).map(drop)
+        check_shape(name, s, self.n, self.k)?;
+        check_defect(name, s, orthonormality_defect(s), tolerance)
     }
 
     /// As [`Stiefel::check_point`]; returns `S^T S`, in the lower triangle.
@@ -133,19 +134,8 @@ impl Stiefel {
     ) -> Result<Mat<f64>> {
         check_shape(name, s, self.n, self.k)?;
         let gram = gram(s);
-        let defect = gram_defect(gram.as_ref());
-        // An entry that is not finite makes the diagonal non-finite; finite entries can overflow.
-        if !defect.is_finite() {
-            check_finite(name, s)?;
-        }
-        if defect <= tolerance {
-            return Ok(gram);
-        }
-        Err(Error::NotOrthonormal {
-            name,
-            defect,
-            tolerance,
-        })
+        check_defect(name, s, gram_defect(gram.as_ref()), tolerance)?;
+        Ok(gram)
     }
 
     /// Checks shape, finiteness and `|S^T V + V^T S|_F / 2 <= tolerance max(1, |V|_F)`.
@@ -357,4 +347,20 @@ fn gram_of(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Mat<f64> {
     let mut product = Mat::zeros(s.ncols(), v.ncols());
     mul_into(&mut product, 1.0, s.transpose(), v);
     product
+}
+
+/// Returns an error unless the columns of a point have at most the given defect.
+fn check_defect(name: &'static str, s: MatRef<'_, f64>, defect: f64, tolerance: f64) -> Result<()> {
+    // An entry that is not finite makes the diagonal non-finite; finite entries can overflow.
+    if !defect.is_finite() {
+        check_finite(name, s)?;
+    }
+    if defect <= tolerance {
+        return Ok(());
+    }
+    Err(Error::NotOrthonormal {
+        name,
+        defect,
+        tolerance,
+    })
 }

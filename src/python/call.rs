@@ -16,7 +16,8 @@ use super::field::Field;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
-/// Batches from this amount of work on, some tenths of a millisecond, are distributed among threads.
+/// Batches from this amount of work on, some tenths of a millisecond, are distributed among threads, and all work in a pool
+/// runs while the calling thread watches for Ctrl-C.
 const LONG: f64 = 3e3;
 
 /// Work from which on a call that is not distributed runs on another thread, some milliseconds. Starting a thread takes
@@ -30,7 +31,8 @@ const BLOCK: f64 = 500.0;
 /// Work to solve for a curve, relative to an exponential.
 pub const SOLVES: f64 = 100.0;
 
-/// Splines through more points are solved on several threads.
+/// Splines of Riemannian cubics through more points are solved on several threads; with fewer, only methods of last resort
+/// use them, and the calling thread polls between their steps.
 pub const ON_ONE_THREAD: usize = 64;
 
 /// Interval between two checks for Ctrl-C.
@@ -78,7 +80,7 @@ impl<'py> Call<'py> {
         Call { field, ..self }
     }
 
-    /// The same call, distributed among threads if it is long.
+    /// The same call, whose work may be distributed among threads.
     pub fn distributed(self, is_distributed: bool) -> Self {
         Call {
             is_distributed,
@@ -184,9 +186,11 @@ pub fn run_on<T: Send + 'static, const N: usize>(
     })
 }
 
-/// Number of polls between two readings of the clock, which costs as much as a short piece of work, if they follow one
-/// another quickly. Problems on `St(16, 4)` poll every 20 ms: if 16 polls were skipped, Ctrl-C would take 0.3 s.
-const QUESTIONS: u32 = 8;
+/// Most polls that pass without a look at the clock, which costs as much as a short piece of work. Problems on `St(16, 4)`
+/// poll every 20 ms: with 16 polls, Ctrl-C takes 0.3 s.
+const UNSEEN: u32 = 8;
+
+/// More of them pass as long as polls follow one another this quickly, and none after a slower one.
 const QUICK: Duration = Duration::from_millis(1);
 
 /// Runs a job in place that occasionally polls for Ctrl-C, in case it takes longer than estimated. Jobs of all types
@@ -195,25 +199,26 @@ fn run_in_place(
     pool: Option<&ThreadPool>,
     job: &mut (dyn FnMut(Interrupt<'_>) + Send),
 ) -> PyResult<()> {
-    let (caller, skipped) = (std::thread::current().id(), AtomicU32::new(QUESTIONS));
+    let (caller, unseen) = (std::thread::current().id(), AtomicU32::new(0));
     let start = Instant::now();
     let clock = Mutex::new(Clock {
         read: start,
-        looked: start,
+        checked: start,
+        unseen: 0,
         signal: None,
     });
     let question = || {
         // Only the calling thread can receive a signal.
-        let is_caller = std::thread::current().id() == caller;
-        if !is_caller || skipped.fetch_add(1, Ordering::Relaxed) < QUESTIONS {
+        if std::thread::current().id() != caller {
+            return false;
+        }
+        let left = unseen.load(Ordering::Relaxed);
+        if left > 0 {
+            unseen.store(left - 1, Ordering::Relaxed);
             return false;
         }
         let mut clock = unpoisoned(&clock);
-        let since = clock.read_again();
-        clock.look();
-        if since < QUICK && clock.signal.is_none() {
-            skipped.store(0, Ordering::Relaxed);
-        }
+        unseen.store(clock.look(), Ordering::Relaxed);
         clock.signal.is_some()
     };
     run_in(pool, &mut || job(Interrupt::new(&question)));
@@ -221,26 +226,28 @@ fn run_in_place(
     clock.signal.map_or(Ok(()), Err)
 }
 
-/// The times of the last reading and of the last check for a signal, and the signal that was found.
+/// When the clock was last read and a signal last checked for, how many polls pass unseen, and the signal that was found.
 struct Clock {
     read: Instant,
-    looked: Instant,
+    checked: Instant,
+    unseen: u32,
     signal: Option<PyErr>,
 }
 
 impl Clock {
-    /// Reads the clock; returns the time since the last reading.
-    fn read_again(&mut self) -> Duration {
+    /// Reads the clock, and checks for a signal unless the last check is recent; returns how many polls may pass unseen.
+    fn look(&mut self) -> u32 {
         let before = std::mem::replace(&mut self.read, Instant::now());
-        self.read - before
-    }
-
-    /// Checks for a signal, unless the last check is recent.
-    fn look(&mut self) {
-        if self.signal.is_none() && self.read - self.looked >= POLL {
+        if self.signal.is_none() && self.read - self.checked >= POLL {
             self.signal = Python::attach(|py| py.check_signals()).err();
-            self.looked = self.read;
+            self.checked = self.read;
         }
+        let is_quick = self.read - before < QUICK * (1 + self.unseen);
+        self.unseen = match is_quick && self.signal.is_none() {
+            true => (2 * self.unseen).clamp(1, UNSEEN),
+            false => 0,
+        };
+        self.unseen
     }
 }
 

@@ -267,7 +267,7 @@ impl PyGeodesic {
             Stiefel::geodesic_between as _,
             Grassmann::geodesic_between as _,
         );
-        Self::made(named![S0, S1], metric, &points, makes)
+        Self::made(named![S0, S1], metric, &points, LOGARITHM, makes)
     }
 
     /// Return the geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
@@ -290,7 +290,10 @@ impl PyGeodesic {
     ) -> PyResult<Py<Self>> {
         let points = Points::read(manifold, project)?;
         let makes = (Stiefel::geodesic as _, Grassmann::geodesic as _);
-        Py::new(S.py(), Self::made(named![S, V], metric, &points, makes)?)
+        Py::new(
+            S.py(),
+            Self::made(named![S, V], metric, &points, 1.0, makes)?,
+        )
     }
 
     /// Length over ``[0, 1]`` in the metric of the geodesic.
@@ -300,6 +303,9 @@ impl PyGeodesic {
     }
 }
 
+/// Work of a logarithm, which is not polled for Ctrl-C, relative to an exponential.
+const LOGARITHM: f64 = 10.0;
+
 /// Makes a geodesic from two points, or from a point and a vector.
 type Make<M> = fn(&M, MatRef<'_, f64>, MatRef<'_, f64>) -> Result<Geodesic>;
 
@@ -308,6 +314,7 @@ impl PyGeodesic {
         arguments: [Named<'_, '_>; 2],
         metric: Option<&Any>,
         points: &Points,
+        weight: f64,
         (of_frames, of_subspaces): (Make<Stiefel>, Make<Grassmann>),
     ) -> PyResult<PyClassInitializer<Self>> {
         if metric.is_some() {
@@ -321,7 +328,7 @@ impl PyGeodesic {
             py,
             field,
             data,
-            1.0,
+            weight,
             move |[point, other], _| match quotient {
                 Quotient::Frames => {
                     let manifold = Stiefel::of(name, point)?.with_metric(metric);

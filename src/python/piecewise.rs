@@ -38,8 +38,7 @@ impl Data {
     /// The call that constructs the pieces.
     pub(super) fn call<'py>(&self, py: Python<'py>, threads: Option<i64>) -> PyResult<Call<'py>> {
         let call = Call::new(py, threads, SOLVES * self.points.numbers())?;
-        let is_distributed = self.points.len() > ON_ONE_THREAD;
-        Ok(call.over(self.points.field()).distributed(is_distributed))
+        Ok(call.over(self.points.field()).distributed(true))
     }
 }
 

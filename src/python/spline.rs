@@ -302,7 +302,8 @@ impl PyCubicSpline {
             given: bc_type,
             conditions,
         } = bc_type.read_at(py, &data.points, &points)?;
-        let call = data.call(py, num_threads)?;
+        let is_distributed = geometric || data.points.len() > ON_ONE_THREAD;
+        let call = data.call(py, num_threads)?.distributed(is_distributed);
         let spline = call.run(move |interrupt| {
             let options = SplineOptions {
                 tolerance: tol,

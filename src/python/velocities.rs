@@ -123,7 +123,9 @@ pub fn estimate_velocities(
         manifold.close(&mut data.points);
     }
     let (shape, quotient) = (data.shape(), manifold.quotient);
-    let call = Call::new(t.py(), num_threads, data.points.numbers())?.over(field);
+    let call = Call::new(t.py(), num_threads, data.points.numbers())?
+        .over(field)
+        .distributed(true);
     let velocities = call.run(move |_| {
         let points = data.points.views();
         if closed {

@@ -15,6 +15,7 @@
 //! ```
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::orders::{LONGEST, Orders};
@@ -80,30 +81,26 @@ impl<T: Field> LinearLeg<T> {
         for (derivative, x) in middle.iter_mut().enumerate() {
             series.at_ends(d, order + 3, derivative, [&mut before, x]);
         }
-        let order = resolve(space, &middle, tension, &mut series)?;
-        let order = order + MORE;
-        Some(Self::about(
-            space, series, &middle, tension, order, has_points,
-        ))
+        let known = resolve(space, &middle, tension, &mut series)?;
+        let order = known + MORE;
+        series.extend_curve(space, tension, known..order);
+        extend_turns(space, &mut series, known..order + 2);
+        Some(Self::about(space, &series, tension, order, has_points))
     }
 
-    /// The leg about its middle, with the given number of terms.
+    /// The leg about its middle, from series with the given number of terms.
     fn about(
         space: impl Homogeneous,
-        mut series: Series<T>,
-        middle: &State<T>,
+        series: &Series<T>,
         tension: Option<T>,
         order: usize,
         has_points: bool,
     ) -> Self {
         let d = space.dim();
-        let views = middle.each_ref().map(Vec::as_slice);
-        series.set_curve(space, views, tension, order);
-        series.set_turns(space, order + 2);
         let nodes = Nodes::of(order / 2 + NODES);
         let at: Vec<Node> = nodes.s.iter().map(|s| (s - 0.5, 0.0)).collect();
         let mut variation = Variation::<T>::with_nodes(space, 3, order, Cow::Owned(at));
-        variation.set_changes(space, &series, tension, order);
+        variation.set_changes(space, series, tension, order);
         let mut last_state: State<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
         let mut before = vec![T::ZERO; d];
         for (derivative, x) in last_state.iter_mut().enumerate() {
@@ -266,21 +263,30 @@ fn resolve<T: Field>(
     let orders = Orders::finest();
     let views = state.each_ref().map(Vec::as_slice);
     let speed = speed(state, tension);
-    let mut reached = vec![T::ZERO; space.size().pow(2)];
-    let mut more = 0;
+    let (mut more, mut known) = (0, 0);
+    series.set_curve(space, views, tension, known);
+    series.set_turns(space, known);
     loop {
         let order = orders.of_leg(speed, more);
         if order > LONGEST {
             return None;
         }
-        series.set_curve(space, views, tension, order);
-        series.reached_into(space, order, &mut reached);
+        series.extend_curve(space, tension, known..order);
+        extend_turns(space, series, known..order);
         let next = orders.more(more, largest(&[series.tail(space, order)]));
         if next == more {
             return Some(order);
         }
-        more = next;
+        (more, known) = (next, order);
     }
+}
+
+/// [`Series::extend_turns`] by vector instructions.
+fn extend_turns<T: Field>(space: impl Homogeneous, series: &mut Series<T>, powers: Range<usize>) {
+    vectorised(
+        #[inline(always)]
+        || series.extend_turns(space, powers),
+    );
 }
 
 /// A bound on the velocity, as for a leg.

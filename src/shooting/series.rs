@@ -1,7 +1,9 @@
 //! Taylor series of a leg about its middle.
 
+use std::ops::Range;
+
 use super::brackets::{isotropy_bracket_into, minus_bracket_into, subtract_action};
-use crate::linalg::field::{Field, transposed_multiply};
+use crate::linalg::field::{Field, set_identity, transposed_multiply};
 use crate::linalg::simd::vectorised;
 use crate::space::{Homogeneous, Products, SLACK, axis, write_row};
 
@@ -19,7 +21,7 @@ pub(super) struct Series<T> {
     pub(super) matrices: Vec<T>,
     /// Coefficients of `w_h`, as skew matrices.
     pub(super) isotropy: Vec<T>,
-    /// Coefficients of the frame, matrices in row-major order.
+    /// Coefficients of the frame: matrices in row-major order, or quaternions after [`Series::set_turns`] in three dimensions.
     pub(super) frames: Vec<T>,
     /// Buffer for a run of coordinates.
     run: Vec<T>,
@@ -43,24 +45,8 @@ impl<T: Field> Series<T> {
     }
 
     /// Computes the coefficients of `x` up to an order, from `x, x', x''` at the middle and the tension of the curve.
-    ///
-    /// Compiled once instead of into every caller, like [`Series::set_frames`].
-    #[inline(never)]
-    pub(super) fn set_curve(
-        &mut self,
-        space: impl Homogeneous,
-        middle: [&[T]; 3],
-        tension: Option<T>,
-        order: usize,
-    ) {
-        vectorised(
-            #[inline(always)]
-            || self.set_coefficients(space, middle, tension, order),
-        );
-    }
-
     #[inline(always)]
-    fn set_coefficients(
+    pub(super) fn set_curve(
         &mut self,
         space: impl Homogeneous,
         middle: [&[T]; 3],
@@ -74,10 +60,28 @@ impl<T: Field> Series<T> {
             }
             self.set_matrix(space, k);
         }
-        for k in 0..order {
-            self.set_next(space, tension, k);
-            self.set_matrix(space, k + 3);
-        }
+        self.extend_curve(space, tension, 0..order);
+    }
+
+    /// Computes the coefficients `k + 3` of `x` for `k` in `powers`, after all before them.
+    ///
+    /// Compiled once instead of into every caller, like [`Series::extend_frames`].
+    #[inline(never)]
+    pub(super) fn extend_curve(
+        &mut self,
+        space: impl Homogeneous,
+        tension: Option<T>,
+        powers: Range<usize>,
+    ) {
+        vectorised(
+            #[inline(always)]
+            || {
+                for k in powers {
+                    self.set_next(space, tension, k);
+                    self.set_matrix(space, k + 3);
+                }
+            },
+        );
     }
 
     /// Computes the coefficient `k + 3` of `x` from the power `k` of the equation.
@@ -111,23 +115,27 @@ impl<T: Field> Series<T> {
     }
 
     /// Computes the coefficients of the frames up to a power, after those of `x`.
-    #[inline(never)]
+    #[inline(always)]
     pub(super) fn set_frames(&mut self, space: impl Homogeneous, power: usize) {
+        let r = space.size();
+        set_identity(r, &mut self.frames[..r * r]);
+        self.extend_frames(space, 0..power);
+    }
+
+    /// Computes the coefficients `k + 1` of the frames for `k` in `powers`, after all before them.
+    #[inline(never)]
+    fn extend_frames(&mut self, space: impl Homogeneous, powers: Range<usize>) {
         vectorised(
             #[inline(always)]
-            || self.set_frame_coefficients(space, power),
+            || self.set_frame_coefficients(space, powers),
         );
     }
 
     #[inline(always)]
-    fn set_frame_coefficients(&mut self, space: impl Homogeneous, power: usize) {
+    fn set_frame_coefficients(&mut self, space: impl Homogeneous, powers: Range<usize>) {
         let r = space.size();
         let square = r * r;
-        self.frames[..square].fill(T::ZERO);
-        for i in 0..r {
-            self.frames[i * r + i] = T::constant(1.0);
-        }
-        for k in 0..power {
+        for k in powers {
             let (known, next) = self.frames.split_at_mut((k + 1) * square);
             let (known, matrices) = (&*known, &self.matrices);
             let pairs = (0..=k).map(|i| (&known[i * square..], &matrices[(k - i) * square..]));
@@ -176,18 +184,27 @@ impl<T: Field> Series<T> {
     /// otherwise.
     #[inline(always)]
     pub(super) fn set_turns(&mut self, space: impl Homogeneous, power: usize) {
+        if space.size() != 3 {
+            return self.set_frames(space, power);
+        }
+        self.frames[0] = T::constant(1.0);
+        self.frames[1..4].fill(T::ZERO);
+        self.extend_quaternions(0..power);
+    }
+
+    /// Computes the coefficients `k + 1` of [`Series::set_turns`] for `k` in `powers`, after all before them.
+    #[inline(always)]
+    pub(super) fn extend_turns(&mut self, space: impl Homogeneous, powers: Range<usize>) {
         match space.size() {
-            3 => self.set_quaternions(power),
-            _ => self.set_frames(space, power),
+            3 => self.extend_quaternions(powers),
+            _ => self.extend_frames(space, powers),
         }
     }
 
     /// Unit quaternions instead of rotations in three dimensions: `p' = p x / 2`.
     #[inline(always)]
-    fn set_quaternions(&mut self, order: usize) {
-        self.frames[0] = T::constant(1.0);
-        self.frames[1..4].fill(T::ZERO);
-        for k in 0..order {
+    fn extend_quaternions(&mut self, powers: Range<usize>) {
+        for k in powers {
             let mut sums = [T::ZERO; 4];
             let known = self.frames[..(k + 1) * 4].chunks_exact(4);
             let late = self.matrices[..(k + 1) * 9].chunks_exact(9).rev();
@@ -228,7 +245,7 @@ impl<T: Field> Series<T> {
     }
 
     /// The largest contribution of the last two terms to `x'` and to the frame's derivative at the ends, after
-    /// [`Series::reached_into`].
+    /// [`Series::set_turns`].
     #[inline(always)]
     pub(super) fn tail(&self, space: impl Homogeneous, order: usize) -> T {
         let (d, size) = (space.dim(), turn_size(space));
@@ -273,7 +290,7 @@ pub(super) fn turn_into<T: Field>(
 
 /// The value of polynomials with the given coefficients, vectors of the given size.
 #[inline(always)]
-pub(super) fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &mut [T]) {
+fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &mut [T]) {
     out[..size].fill(T::ZERO);
     let mut power = 1.0;
     for c in coefficients.chunks_exact(size) {

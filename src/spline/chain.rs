@@ -21,13 +21,13 @@ use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::solve::tridiagonal::{Isometries, Way};
 use crate::space::Quotient;
-use crate::threads::{self, is_alone};
+use crate::threads::{self, is_alone, scaled};
 
 /// Number of legs that one task of the thread pool integrates, together if that is faster.
 pub(super) const LEGS: usize = LANES;
 
-/// Microseconds of a leg that is integrated among eight, of a quasi-geodesic between neighbours, and of a piece whose curve is
-/// computed later.
+/// Microseconds, for rotations, of a leg that is integrated among eight and of a quasi-geodesic between neighbours; of a piece
+/// whose curve is computed later.
 const LEG: f64 = 10.0;
 pub(super) const JOIN: f64 = 10.0;
 const PIECE: f64 = 0.5;
@@ -196,7 +196,7 @@ pub(super) fn links(points: &[Mat<f64>], quotient: Quotient) -> Result<Vec<Joint
     let (n, k) = points[0].shape();
     threads::map(
         points.len() - 1,
-        JOIN,
+        scaled(JOIN, (n, k)),
         || EndpointProblem::new(n, k),
         |problem, knot| {
             let [first, last] = [knot, knot + 1].map(|knot| points[knot].as_ref());

@@ -50,9 +50,9 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::field::add;
 use crate::linalg::structure::{check_range, norm};
-use crate::threads;
+use crate::threads::{self, scaled};
 
-/// Microseconds of the start of a piece, and of its points.
+/// Microseconds of the start of a piece, and of a few of its points, for rotations.
 const START: f64 = 2.0;
 const POINTS: f64 = 2.0;
 
@@ -108,7 +108,12 @@ impl Piecewise<RiemannianCubic> {
             interrupt.check(SOLVER)?;
             Start::of_curve(&self.pieces()[leg])
         };
-        let starts = threads::map(self.pieces().len(), START, || (), start)?;
+        let starts = threads::map(
+            self.pieces().len(),
+            scaled(START, (self.n(), self.k())),
+            || (),
+            start,
+        )?;
         let pieces = LinearPiece::all(starts, interrupt)?;
         let system = KnotSystem::new(&states, &pieces, &span, given, interrupt)?;
         Ok(SplineDerivative {
@@ -183,8 +188,17 @@ impl SplineDerivative {
             };
             found.iter().map(point).collect()
         };
-        let parts = threads::map(runs.len(), POINTS, || (), part)?;
+        let parts = threads::map(runs.len(), self.work_of_points(), || (), part)?;
         Ok(parts.into_iter().flatten().collect())
+    }
+
+    /// Microseconds of a few points of a piece.
+    fn work_of_points(&self) -> f64 {
+        match self.pieces.iter().all(LinearPiece::has_points) {
+            true => scaled(POINTS, self.states.shape),
+            // Linearised for every call.
+            false => f64::INFINITY,
+        }
     }
 
     /// A piece linearised by itself, if it does not keep displacements or is to be extended beyond its ends for some of the
@@ -240,7 +254,8 @@ impl SplineDerivative {
             };
             Ok((piece, found))
         };
-        let parts: Vec<(usize, Ends)> = threads::map(grouped.len(), POINTS, || (), part)?;
+        let parts: Vec<(usize, Ends)> =
+            threads::map(grouped.len(), self.work_of_points(), || (), part)?;
         let mut gradient = KnotGradient::zeros(&self.states);
         for (piece, by_ends) in parts {
             let h = self.states.lengths[piece];

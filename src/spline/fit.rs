@@ -16,6 +16,9 @@ use crate::solve::gmres::{Gmres, norm};
 use crate::space::Quotient;
 use crate::threads;
 
+/// Microseconds of a logarithm, at least.
+const LOGARITHM: f64 = 10.0;
+
 /// Vectors computed per leg: distance, velocity, acceleration and the third vector.
 const VECTORS: usize = 4;
 
@@ -145,9 +148,6 @@ impl Data {
         all.into_iter().collect()
     }
 }
-
-/// Microseconds of a logarithm, at least.
-const LOGARITHM: f64 = 10.0;
 
 /// Distance beyond which, or after a failure, the logarithm searches for the shortest geodesic. That takes about as
 /// long as moving a knot this many times: half as long as that on St(9,7), 5 to 11 times on St(8,4) and St(12,4), 17

@@ -26,9 +26,9 @@ use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::space::{Kind, Quotient, Shape};
-use crate::threads;
+use crate::threads::{self, scaled};
 
-/// Microseconds of a link in few dimensions.
+/// Microseconds of a link between rotations.
 const LINK: f64 = 1.5;
 
 /// Number of legs from which integrating eight at once is faster.
@@ -61,7 +61,7 @@ impl<'a> Framed<'a> {
         let blocks = blocks(kind, [frames[0].nrows(), columns]);
         let links = threads::map(
             lengths.len(),
-            LINK,
+            scaled(LINK, frames[0].shape()),
             || Joining::new(blocks, columns),
             |joining, leg| {
                 let ends = [&frames[leg], &frames[leg + 1]];
@@ -366,7 +366,7 @@ impl Movable for Framed<'_> {
         let shift = |knot: usize| &shifts[self.size() * knot..][..self.size()];
         let frames = threads::map(
             self.frames.len(),
-            LINK,
+            scaled(LINK, self.frames[0].shape()),
             || (),
             |(), knot| {
                 let moved = self.moved_frame(knot, shift(knot));

@@ -20,14 +20,14 @@ use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
 use crate::space::{Kind, Quotient};
-use crate::threads::{self, is_alone};
+use crate::threads::{self, is_alone, scaled};
 
 const SOLVER: &str = "geometric spline";
 
 /// Number of past steps used by Anderson mixing.
 const DEPTH: usize = 5;
 
-/// Microseconds of the bends of a leg, and of a piece.
+/// Microseconds of the bends of a leg between rotations, and of a piece.
 const BEND: f64 = 4.0;
 const PIECE: f64 = 20.0;
 
@@ -315,7 +315,7 @@ impl<'a> Problem<'a> {
                 outcome.err().map(|error| error.at_knot(leg))
             })
         };
-        let failures: Vec<Option<Error>> = if is_alone(legs, BEND) {
+        let failures: Vec<Option<Error>> = if is_alone(legs, scaled(BEND, self.shape)) {
             let groups = all.chunks_mut(2 * size * group).zip(&mut work);
             groups.enumerate().map(of_group).collect()
         } else {
@@ -420,7 +420,8 @@ impl<'a> Problem<'a> {
             let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
             GeometricCubic::from_boundary(s0, v0, s1, v1).map_err(|error| error.at_knot(leg))
         };
-        threads::map(self.knots.lengths.len(), PIECE, || (), piece)
+        let each = scaled(PIECE, self.shape);
+        threads::map(self.knots.lengths.len(), each, || (), piece)
     }
 }
 

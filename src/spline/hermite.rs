@@ -10,9 +10,9 @@ use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::manifold::tangent::check_vector;
 use crate::space::Quotient;
-use crate::threads;
+use crate::threads::{self, scaled};
 
-/// Microseconds of a piece, at least.
+/// Microseconds of a piece between rotations.
 const PIECE: f64 = 50.0;
 
 /// The once continuously differentiable curve of Riemannian cubics through points with given velocities.
@@ -119,7 +119,8 @@ fn pieces<C: Curve + Send>(
         let [v0, v1] = [velocities[i], velocities[i + 1]].map(|v| v * Scale(h));
         piece(points[i], v0.as_ref(), points[i + 1], v1.as_ref()).map_err(|error| placed(error, i))
     };
-    let pieces = threads::map(t.len() - 1, PIECE, || (), of_leg)?;
+    let each = scaled(PIECE, points[0].shape());
+    let pieces = threads::map(t.len() - 1, each, || (), of_leg)?;
     Ok(Piecewise::new(t.to_vec(), pieces))
 }
 

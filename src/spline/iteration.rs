@@ -20,6 +20,8 @@ use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
 
+pub(super) const SOLVER: &str = "spline of Riemannian cubics";
+
 /// Number of past steps used by Anderson mixing.
 const DEPTH: usize = 6;
 
@@ -104,8 +106,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         motion: Motion,
         effort: Effort<'p>,
     ) -> Result<Solution> {
-        let this = Self::new(problem, motion, effort.work)?;
-        this.run(effort.tolerance, effort.max_iterations)
+        Self::new(problem, motion, effort.work)?.run(effort)
     }
 
     /// Solves the equations from a motion near a solution: by Newton's method from the first step on if derivatives are
@@ -122,12 +123,14 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         if this.has_derivatives() {
             this.linearise()?;
         }
-        this.run(effort.tolerance, effort.max_iterations)
+        this.run(effort)
     }
 
-    fn run(mut self, tolerance: f64, max_iterations: usize) -> Result<Solution> {
+    fn run(mut self, effort: Effort<'_>) -> Result<Solution> {
+        let (tolerance, max_iterations) = (effort.tolerance, effort.max_iterations);
         let mut iterations = 0;
         let reason = loop {
+            effort.interrupt.check(SOLVER)?;
             let goal = self.goal(tolerance);
             if self.found.size <= goal {
                 if self.accuracy.truncation <= Accuracy::FULL.truncation {

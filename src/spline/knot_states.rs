@@ -12,9 +12,9 @@ use crate::linalg::product::columns;
 use crate::manifold::grassmann::joining::alignment;
 use crate::solve::gmres::dot;
 use crate::space::Quotient;
-use crate::threads;
+use crate::threads::{self, scaled};
 
-/// Microseconds of the ends of a piece.
+/// Microseconds of the ends of a piece between rotations.
 const ENDS: f64 = 2.0;
 
 pub(super) const SOLVER: &str = "derivative of a spline";
@@ -59,13 +59,14 @@ impl KnotStates {
             }
             Ok(ends)
         };
+        let shape = (curve.n(), curve.k());
         Ok(KnotStates {
-            ends: threads::map(pieces.len(), ENDS, || (), of_piece)?,
+            ends: threads::map(pieces.len(), scaled(ENDS, shape), || (), of_piece)?,
             tension: pieces[0].tension() / lengths[0].powi(2),
             lengths,
             unit,
             quotient: curve.quotient(),
-            shape: (curve.n(), curve.k()),
+            shape,
         })
     }
 

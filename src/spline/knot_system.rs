@@ -29,9 +29,9 @@ use crate::shooting::DENSE;
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::solve::gmres::norm;
 use crate::space::Quotient;
-use crate::threads;
+use crate::threads::{self, scaled};
 
-/// Microseconds of the blocks of a piece.
+/// Microseconds of the blocks of a piece in three dimensions.
 const BLOCKS: f64 = 1.0;
 
 /// A system counts as singular if its smallest eigenvalue is below this fraction of the largest, as for boundary
@@ -90,6 +90,13 @@ pub(super) fn check_size(states: &KnotStates, span: &Span) -> Result<()> {
     })
 }
 
+/// Microseconds of the blocks of a piece.
+fn work_of_blocks(states: &KnotStates) -> f64 {
+    let (n, k) = states.shape;
+    let d = n.min(4 * k) * k - k * (k + 1) / 2;
+    scaled(BLOCKS, (d, d))
+}
+
 impl KnotSystem {
     /// # Errors
     /// `ConjugateEnds` if the system is singular; `Overflow`, `Interrupted`.
@@ -130,7 +137,8 @@ impl KnotSystem {
             let frames = [leg, (leg + 1) % count].map(|knot| system.frames[knot].as_ref());
             Ok(pieces[leg].by_velocities(frames))
         };
-        let blocks: Vec<Blocks> = threads::map(pieces.len(), BLOCKS, || (), blocks)?;
+        let blocks: Vec<Blocks> =
+            threads::map(pieces.len(), work_of_blocks(states), || (), blocks)?;
         system.inner = system.factored(&states.lengths, &blocks)?;
         if span.basis().is_some() {
             let blocks: Option<Vec<Blocks>> =

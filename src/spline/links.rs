@@ -9,7 +9,7 @@ use crate::manifold::QuasiGeodesic;
 use crate::manifold::carrier::{Carrier, Direction};
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::space::Quotient;
-use crate::threads;
+use crate::threads::{self, scaled};
 
 /// The curves, in order.
 pub(super) struct Links {
@@ -55,7 +55,7 @@ impl Links {
         let (n, k) = points[0].shape();
         let links = threads::map(
             points.len() - 1,
-            JOIN,
+            scaled(JOIN, (n, k)),
             || EndpointProblem::new(n, k),
             |problem, knot| {
                 let ends = [knot, knot + 1].map(|knot| points[knot].as_ref());

@@ -7,7 +7,7 @@ use super::chain::{Joint, joint};
 use crate::cubic::blocks::Sized;
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
-use crate::cubic::packing::{entries, pack};
+use crate::cubic::packing::{entries, pack, read_entries};
 use crate::error::{Error, Result};
 use crate::linalg::product::{determinant_sign, mul_into};
 use crate::linalg::{OrthogonalLog, skew_exp};
@@ -98,15 +98,12 @@ fn in_group(
                 false => error,
             },
         )?;
-    let k = blocks.k;
-    let displacement = Horizontal {
-        omega: turn.submatrix(0, 0, k, k).to_owned(),
-        normal: turn.submatrix(k, 0, r - k, k).to_owned(),
-    };
+    let mut displacement = vec![0.0; blocks.dim()];
+    read_entries(|i, j| turn[(i, j)], &mut displacement, blocks);
     Ok(Link {
         next: entries(next),
         carrying: None,
-        displacement: pack(blocks, &[displacement]),
+        displacement,
     })
 }
 

@@ -51,10 +51,10 @@ impl ReducedKnots {
         } else {
             Span::whole()
         };
-        let mut gram = Mat::zeros(k, k);
+        let mut work = Polar::new(k);
         let points = points
             .iter()
-            .map(|point| orthonormalised(kind.field.nearest(span.down(*point)), &mut gram))
+            .map(|point| work.orthonormalised(kind.field.nearest(span.down(*point))))
             .collect();
         let [points, turns] = match kind.quotient {
             Quotient::Frames => [points, Vec::new()],
@@ -108,7 +108,7 @@ impl ReducedKnots {
     /// Converts a point near the manifold to coordinates of the span, orthonormal to round-off.
     pub(super) fn point(&self, s: MatRef<'_, f64>) -> Mat<f64> {
         let low = self.kind.field.nearest(self.span.down(s));
-        orthonormalised(low, &mut Mat::zeros(s.ncols(), s.ncols()))
+        Polar::new(s.ncols()).orthonormalised(low)
     }
 
     /// Whether frames of the whole span are small matrices, or a single leg spans it: the points have at most `max(12, 4k)`
@@ -167,8 +167,7 @@ fn aligned(field: ScalarField, mut points: Vec<Mat<f64>>) -> Result<[Vec<Mat<f64
         }
     };
     // Removes the round-off of the projections.
-    let k = first.ncols();
-    let mut turns = vec![orthonormalised(first, &mut Mat::zeros(k, k))];
+    let mut turns = vec![Polar::new(first.ncols()).orthonormalised(first)];
     points[0] = &points[0] * &turns[0];
     for knot in 1..points.len() {
         let turn = alignment(points[knot - 1].as_ref(), points[knot].as_ref())?;
@@ -204,11 +203,28 @@ fn principal_rows<T: ComplexField<Real = f64>>(y: MatRef<'_, T>) -> Mat<T> {
     out
 }
 
-/// Makes a point that is orthonormal to `1e-9` orthonormal to round-off, by one Newton step towards its polar factor.
-fn orthonormalised(mut s: Mat<f64>, gram: &mut Mat<f64>) -> Mat<f64> {
-    mul_into(&mut *gram, 0.5, s.transpose(), &s);
-    let before = s.clone();
-    s *= faer::Scale(1.5);
-    mul_add(&mut s, -1.0, &before, &*gram);
-    s
+/// Buffers for a Newton step towards the polar factor of a point.
+struct Polar {
+    before: Mat<f64>,
+    gram: Mat<f64>,
+}
+
+impl Polar {
+    fn new(k: usize) -> Self {
+        Polar {
+            before: Mat::new(),
+            gram: Mat::zeros(k, k),
+        }
+    }
+
+    /// Makes a point that is orthonormal to `1e-9` orthonormal to round-off.
+    fn orthonormalised(&mut self, mut s: Mat<f64>) -> Mat<f64> {
+        let Polar { before, gram } = self;
+        mul_into(&mut *gram, 0.5, s.transpose(), &s);
+        before.resize_with(s.nrows(), s.ncols(), |_, _| 0.0);
+        before.copy_from(&s);
+        s *= Scale(1.5);
+        mul_add(&mut s, -1.0, &*before, &*gram);
+        s
+    }
 }

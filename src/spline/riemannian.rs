@@ -9,6 +9,7 @@ use super::bases::joined;
 use super::chain::{Space, pieces};
 use super::ends::{End, EndCondition, EndConditions, Ends, check_ends};
 use super::framed::{Framed, coordinates, frames};
+use super::iteration::SOLVER;
 use super::options::SplineOptions;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
@@ -24,8 +25,6 @@ use crate::legs::Curves;
 use crate::manifold::only_bases;
 use crate::report::{SolverReport, StopReason};
 use crate::space::Quotient;
-
-const SOLVER: &str = "spline of Riemannian cubics";
 
 /// The spline of Riemannian cubics through points, with continuous velocity and covariant acceleration.
 ///

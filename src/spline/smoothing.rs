@@ -43,6 +43,9 @@ use crate::threads;
 
 const SOLVER: &str = "smoothing spline";
 
+/// Microseconds of the cost of a piece, at least.
+const COST: f64 = 20.0;
+
 /// Minimal number of trials allowed for many data: with two threads, 120 random points on St(9, 7) are refused after
 /// 2.0 s. With 40 trials they are refused after 1.4 s, but a hundred noisy points of a geodesic on St(12, 4) are not
 /// solved.
@@ -464,9 +467,6 @@ fn solve<C: Movable>(
         }
     }
 }
-
-/// Microseconds of the cost of a piece, at least.
-const COST: f64 = 20.0;
 
 /// The cost of pieces on `[0, 1]` that take the given durations.
 fn cost(pieces: &[RiemannianCubic], lengths: &[f64]) -> Result<f64> {

@@ -14,7 +14,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -143,10 +142,10 @@ class Frame(Argument):
 
     def value(self, raw: Array, exact: Any) -> Array:
         """Project the argument."""
-        if _is_frame(raw):
-            return raw
         if not np.isfinite(raw).all():
             raise InvalidInputError(f"{self.name}: not finite")
+        if _is_frame(raw):
+            return raw
         left, sizes, right = np.linalg.svd(raw, full_matrices=False)
         defect = float(np.abs(sizes - 1.0).max(initial=0.0))
         if defect > LARGEST_DEFECT:
@@ -277,15 +276,10 @@ def inner_products(one: Array, other: Array) -> Array:
 
 def _is_frame(raw: Array) -> bool:
     """Whether columns are orthonormal to round-off, so that projection would not improve them."""
-    defect = np.abs(transposed(raw) @ raw - _identity(raw.shape[-1])).max(initial=0.0)
-    return bool(defect <= ROUND_OFF * raw.shape[-2])
-
-
-@lru_cache(maxsize=16)
-def _identity(size: int) -> Array:
-    identity = np.eye(size)
-    identity.flags.writeable = False
-    return identity
+    n, k = raw.shape[-2:]
+    gram = transposed(raw) @ raw
+    gram.reshape(-1, k * k)[:, :: k + 1] -= 1.0
+    return bool(np.abs(gram).max(initial=0.0) <= ROUND_OFF * n)
 
 
 def _unexpected(name: str, expected: str, found: Shape) -> InvalidInputError:
