@@ -135,10 +135,19 @@ def variation_call() -> Call:
     return partial(curve.point_variation, np.linspace(0, 1, 1_000_000), 0 * V0, V0, 0 * V0, 0 * V0)
 
 
+@cache
+def distant() -> tuple[Array, Array, Array]:
+    """Times, points far from one another on St(5, 3), and fast velocities there: few, but the work of a second."""
+    M = Stiefel(5, 3)
+    S = M.random_point(0, 15)
+    V = np.array([8.0 * M.random_tangent(s, seed) for seed, s in enumerate(S)])
+    return np.arange(15.0), S, V
+
+
 # Matrices of a batch: 144 MB.
 COUNT: Final = 200
 
-# name -> function that makes the call; each takes some seconds, or runs forever.
+# name -> function that makes the call; each takes some seconds, small ones half a second, or runs forever.
 CALLS: Final[dict[str, Callable[[], Call]]] = {
     "integrate": lambda: partial(CHART.integrate, EQUATOR, 4_000_000),
     "integrate_batch": lambda: partial(CHART.integrate, np.tile(EQUATOR, (400, 1)), 10_000),
@@ -161,9 +170,12 @@ CALLS: Final[dict[str, Callable[[], Call]]] = {
     "spline_large": lambda: partial(CubicSpline, np.arange(1000.0), Stiefel(60, 50).random_point(0, 1000)),
     "spline_geometric": lambda: partial(CubicSpline, *walk(30_000), kind="geometric"),
     "spline_periodic": periodic_call,
+    "spline_small": lambda: partial(CubicSpline, *distant()[:2], "clamped"),
     "hermite": lambda: hermite_call(None),
+    "hermite_small": lambda: partial(CubicHermite, *distant()),
     "hermite_one_thread": lambda: hermite_call(1),
     "smoothing": lambda: partial(SmoothingSpline, *walk(30_000), lam=1.0),
+    "smoothing_small": lambda: partial(SmoothingSpline, *distant()[:2]),
     "smoothing_chosen": lambda: partial(SmoothingSpline, *walk(30_000)),
     "velocities": lambda: partial(estimate_velocities, *walk(200_000), "natural"),
     "arc_length": lambda: partial(hermite().arc_length),
@@ -171,8 +183,9 @@ CALLS: Final[dict[str, Callable[[], Call]]] = {
     "derivative_bounds": lambda: partial(hermite().derivative_bounds),
     "resample": lambda: partial(hermite().resample, 10_000_000),
     "boundary": lambda: partial(RiemannianCubic.from_boundary, *ends(120, 30, 3.0)),
+    "boundary_small": lambda: partial(RiemannianCubic.from_boundary, *ends(16, 4, 6.0)),
     "all_found": lambda: partial(RiemannianCubic.from_boundary, *ends(30, 10, 3.0), all_found=True),
-    "minimal_cost": lambda: partial(GeometricPolynomial.minimal_cost, *ends(30, 10)),
+    "minimal_cost": lambda: partial(GeometricPolynomial.minimal_cost, *ends(12, 10), degree=7),
     "geodesic": lambda: partial(Geodesic, ends(600, 300, 3.0)[0], ends(600, 300, 3.0)[2]),
     "splitting": lambda: partial(integrate_cubic, *ends(400, 40)[:2], *ends(400, 40)[1:2] * 2, 2000, order=8),
     "splitting_steps": lambda: partial(integrate_cubic, *ends(30, 10)[:2], *ends(30, 10)[1:2] * 2, 100_000),

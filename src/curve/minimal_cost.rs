@@ -48,8 +48,9 @@ const RESOLVED: [f64; 2] = [1e-9, 1e-8];
 /// Above this degree, the minimum differs from the cubic only by round-off.
 const MAX_DEGREE: usize = 10;
 
-/// Maximal number of unknowns: a gigabyte of derivatives.
-const MAX_UNKNOWNS: usize = 2000;
+/// Maximal work, in multiplications of a difference quotient at one time for all unknowns. With 1.1e7 (degree 7 on St(12,10) has
+/// 6.6e6 and takes 8 s) curves take up to 15 s; degree 10 on St(14,12), with 5.7e7, takes more than 100 s.
+const MAX_WORK: f64 = 1.1e7;
 
 impl GeometricPolynomial {
     /// The curve of the given degree, 3 to 10, of least cost among those with end points `s0, s1` and end velocities
@@ -80,7 +81,7 @@ impl GeometricPolynomial {
     /// exact to round-off.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` if the degree is not between 3 and 10,
-    /// an end velocity is too long, or there are more than 2000 unknowns; `NoJoiningCurve`, `OutsideLogDomain`,
+    /// an end velocity is too long, or there is more work than some 15 seconds; `NoJoiningCurve`, `OutsideLogDomain`,
     /// `DifferentComponents` if control points cannot be joined; `BranchJump` if intermediate points cannot;
     /// `NoConvergence`.
     /// # Source
@@ -125,7 +126,7 @@ impl GeometricPolynomial {
     }
 }
 
-/// Return `InvalidArgument` unless the degree is allowed and the unknowns fit into memory.
+/// Return `InvalidArgument` unless the degree is allowed and the work takes seconds.
 fn check_size(degree: usize, reduced: &Stiefel) -> Result<()> {
     if !(3..=MAX_DEGREE).contains(&degree) {
         return Err(Error::InvalidArgument {
@@ -135,11 +136,14 @@ fn check_size(degree: usize, reduced: &Stiefel) -> Result<()> {
         });
     }
     let unknowns = (degree - 3) * reduced.dim();
-    if unknowns > MAX_UNKNOWNS {
+    let joins = degree * (degree - 1) / 2;
+    let [r, k] = [reduced.n(), reduced.k()].map(|size| size as f64);
+    let work = (unknowns * joins) as f64 * r * k * k;
+    if work > MAX_WORK {
         return Err(Error::InvalidArgument {
-            name: "number of unknowns, (degree - 3) times the dimension of St(min(n, 4k), k)",
-            requirement: "at most 2000",
-            found: unknowns as f64,
+            name: "work of the search, (degree - 3) degree (degree - 1) / 2 r k^2 dim St(r, k) with r = min(n, 4k)",
+            requirement: "at most 1.1e7 (choose a lower degree, or the exact cubic of RiemannianCubic.from_boundary)",
+            found: work,
         });
     }
     Ok(())

@@ -207,7 +207,7 @@ impl PyGeometricPolynomial {
     /// ------
     /// InvalidInputError
     ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect); a
-    ///     degree out of range; an end velocity too long for the construction; more than 2000 unknowns.
+    ///     degree out of range; an end velocity too long for the construction; more work than some 15 seconds.
     /// OutsideDomainError
     ///     Control points cannot be joined, or the curve would jump; carries ``angle``.
     /// ConvergenceError

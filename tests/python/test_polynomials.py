@@ -93,11 +93,14 @@ def test_minimal_cost_of_no_degree(degree):
         GeometricPolynomial.minimal_cost(S, 0 * V, S1, 0 * S1, degree=degree)
 
 
-def test_minimal_cost_with_too_many_free_numbers_says_how_many():
-    manifold = Stiefel(400, 40)
-    data = boundary(manifold, np.random.default_rng(2))
-    with pytest.raises(InvalidInputError, match="at most 2000, found 5580"):
-        GeometricPolynomial.minimal_cost(*data, degree=4)
+@pytest.mark.parametrize(
+    ("n", "k", "degree", "work"), [(400, 40, 4, 5580 * 6 * 160 * 40**2), (14, 12, 10, 630 * 45 * 14 * 12**2)]
+)
+def test_minimal_cost_that_would_take_minutes_is_refused_with_its_work(n, k, degree, work):
+    data = boundary(Stiefel(n, k), np.random.default_rng(2))
+    with pytest.raises(InvalidInputError, match="work of the search.*at most 1.1e7 .*lower degree.*found") as error:
+        GeometricPolynomial.minimal_cost(*data, degree=degree)
+    assert float(str(error.value).rsplit(" ", 1)[1]) == pytest.approx(work, rel=1e-3)
 
 
 @pytest.mark.parametrize("name", ["V0", "S1"])
