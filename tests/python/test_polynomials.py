@@ -98,7 +98,7 @@ def test_minimal_cost_of_no_degree(degree):
 )
 def test_minimal_cost_that_would_take_minutes_is_refused_with_its_work(n, k, degree, work):
     data = boundary(Stiefel(n, k), np.random.default_rng(2))
-    with pytest.raises(InvalidInputError, match="work of the search.*at most 1.1e7 .*lower degree.*found") as error:
+    with pytest.raises(InvalidInputError, match=r"work of the search.*at most 1\.1e7 .*lower degree.*found") as error:
         GeometricPolynomial.minimal_cost(*data, degree=degree)
     assert float(str(error.value).rsplit(" ", 1)[1]) == pytest.approx(work, rel=1e-3)
 
