@@ -20,7 +20,7 @@ pub(super) fn set_equations<T: Field>(
     let (d, wide) = (space.dim(), 3 * space.dim());
     let series = &mut scratch.series;
     series.set_curve(space, leg.middle(), leg.tension, terms);
-    series.set_turns(space, terms + 3);
+    series.set_frames(space, terms + 3);
     variation.set(space, series, leg.tension, terms);
     let Variation { ends, eta, .. } = variation;
     for (reached, ends) in leg.reached.iter().zip(ends.iter_mut()) {

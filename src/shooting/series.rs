@@ -290,7 +290,7 @@ pub(super) fn turn_into<T: Field>(
 
 /// The value of polynomials with the given coefficients, vectors of the given size.
 #[inline(always)]
-fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &mut [T]) {
+pub(super) fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &mut [T]) {
     out[..size].fill(T::ZERO);
     let mut power = 1.0;
     for c in coefficients.chunks_exact(size) {

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::brackets::{isotropy_bracket_into, minus_bracket_into, subtract_action};
-use super::series::{Series, at_ends, turn_into, turn_size};
+use super::series::{Series, at_ends, value_at};
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, accumulate, transposed_multiply};
 use crate::linalg::simd::vectorised;
@@ -284,13 +284,13 @@ impl<T: Field> Variation<T> {
     fn set_adjoints(&mut self, space: impl Homogeneous, series: &Series<T>, count: usize) {
         let (d, h, r) = (space.dim(), space.isotropy_dim(), space.size());
         let square = r * r;
-        let turns = &series.frames[..count * turn_size(space)];
+        let frames = &series.frames[..count * square];
         let (last, rest) = self.work.split_at_mut(square);
         let (frame, turn) = rest.split_at_mut(square);
-        turn_into(space, turns, 0.5, last);
+        value_at(frames, square, 0.5, last);
         let adjoints = self.adjoints.chunks_exact_mut((d + h) * d);
         for ((s, weight), adjoint) in self.nodes.iter().zip(adjoints) {
-            turn_into(space, turns, *s, frame);
+            value_at(frames, square, *s, frame);
             transposed_multiply(r, last, frame, turn);
             space.adjoint_into(turn, adjoint);
             for entry in adjoint {

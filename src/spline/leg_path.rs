@@ -36,8 +36,8 @@ pub(super) fn leg_path(
             }
         }
     }
-    let write = |x: &[f64], out: &mut Vec<f64>| {
-        let mut matrix = vec![0.0; square];
+    let mut matrix = vec![0.0; square];
+    let mut write = |x: &[f64], out: &mut Vec<f64>| {
         in_space!(solved.shape(), |space| space.matrix_into(x, &mut matrix));
         push_blocks(&matrix, [r, columns], out);
     };
@@ -45,8 +45,9 @@ pub(super) fn leg_path(
     for x in polynomials.x(leg, dim).chunks_exact(dim) {
         write(x, &mut vectors);
     }
-    let state = |end: usize, frame: &[f64]| {
-        let mut entries: Vec<f64> = (0..square).map(|i| frame[(i % r) * r + i / r]).collect();
+    let mut state = |end: usize, frame: &[f64]| {
+        let mut entries = Vec::with_capacity(square + 3 * r * columns);
+        entries.extend((0..square).map(|i| frame[(i % r) * r + i / r]));
         for x in polynomials.end(leg, end, dim) {
             write(x, &mut entries);
         }
