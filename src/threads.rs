@@ -15,9 +15,14 @@ pub(crate) fn is_alone(count: usize, each: f64) -> bool {
     count < 2 || count as f64 * each <= ALONE || rayon::current_num_threads() == 1
 }
 
-/// Microseconds of an item with matrices of shape `(n, k)`, if it takes so many of them for `(3, 3)`.
+/// Microseconds of an item with matrices of shape `(n, k)`, if it takes so many of them for `(3, 3)`: in proportion to their
+/// entries.
+///
+/// Items of the splines take, measured on St(3,3), (4,2), (10,3) and (20,5): joining neighbours 2.9, 2.8, 5.9, 18; an
+/// integrated leg 0.7, 1.8, 17, 90; a boundary problem 45, 160, 870, 3200. The estimates, 3, 3, 10, 33 for the first, are
+/// only compared with [`ALONE`]: items that take longer are worth the pool sooner than it is used, for a few of them.
 pub(crate) fn scaled(each: f64, (n, k): (usize, usize)) -> f64 {
-    each * ((n * k * k) as f64 / 27.0).max(1.0)
+    each * ((n * k) as f64 / 9.0).max(1.0)
 }
 
 /// Computes one value per item of about so many microseconds. All of them are computed if the pool is used; the error is

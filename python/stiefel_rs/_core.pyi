@@ -1701,7 +1701,9 @@ class GeometricPolynomial(Curve):
         ------
         InvalidInputError
             Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect); a
-            degree out of range; an end velocity too long for the construction; more work than some 15 seconds.
+            degree out of range; an end velocity too long for the construction; or
+            ``(degree - 3) * degree * (degree - 1) / 2 * r * k**2 * dim St(r, k)`` with ``r = min(n, 4 k)`` above 1.1e7,
+            which would take minutes.
         OutsideDomainError
             Control points cannot be joined, or the curve would jump; carries ``angle``.
         ConvergenceError

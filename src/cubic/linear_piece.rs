@@ -22,7 +22,7 @@ use crate::linalg::product::{columns, columns_mut, mul_add, mul_into};
 use crate::shooting::{LinearCurve, Part, linearise, linearise_all};
 use crate::threads::is_alone;
 
-/// Microseconds of up to eight cubics.
+/// Microseconds of up to eight cubics of rotations; 940 on St(4,2).
 const GROUP: f64 = 100.0;
 
 /// Displacement and change of the velocity, at the start and at the end.

@@ -48,8 +48,9 @@ const RESOLVED: [f64; 2] = [1e-9, 1e-8];
 /// Above this degree, the minimum differs from the cubic only by round-off.
 const MAX_DEGREE: usize = 10;
 
-/// Maximal work, in multiplications of a difference quotient at one time for all unknowns. With 1.1e7 (degree 7 on St(12,10) has
-/// 6.6e6 and takes 8 s) curves take up to 15 s; degree 10 on St(14,12), with 5.7e7, takes more than 100 s.
+/// Maximal work, in multiplications of a difference quotient at one time for all unknowns. At distance and speeds of 1, St(12,10)
+/// takes 6.4 s in degree 7 (6.6e6) and 10.5 s in degree 8 (1.09e7), St(14,12) 35 s in degree 10 (5.7e7); with harder data, which
+/// take more steps, more than 100 s.
 const MAX_WORK: f64 = 1.1e7;
 
 impl GeometricPolynomial {
@@ -68,6 +69,12 @@ impl GeometricPolynomial {
     ///
     /// [`RiemannianCubic::from_boundary`]: crate::cubic::RiemannianCubic::from_boundary
     ///
+    /// Searches that would take minutes are refused by their work for degree `m`, which is at most `1.1e7`: with `r = min(n, 4k)`
+    ///
+    /// ```math
+    /// \tfrac12 (m - 3)\, m\, (m - 1)\, r\, k^2 \dim \mathrm{St}(r, k)
+    /// ```
+    ///
     /// See [`GeometricPolynomial::minimal_cost_interruptible`] for a report.
     ///
     /// The mean distance to the Riemannian cubic with the same data is smaller than that of the geometric cubic by
@@ -81,7 +88,7 @@ impl GeometricPolynomial {
     /// exact to round-off.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` if the degree is not between 3 and 10,
-    /// an end velocity is too long, or there is more work than some 15 seconds; `NoJoiningCurve`, `OutsideLogDomain`,
+    /// an end velocity is too long, or the work is above its limit; `NoJoiningCurve`, `OutsideLogDomain`,
     /// `DifferentComponents` if control points cannot be joined; `BranchJump` if intermediate points cannot;
     /// `NoConvergence`.
     /// # Source

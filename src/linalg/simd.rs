@@ -5,6 +5,10 @@ use rayon::prelude::*;
 /// Number of groups per task of the thread pool, and total number up to which the pool is not used.
 const TASK: usize = 8;
 
+/// Largest number of items, in groups of eight, that [`each`] leaves to the calling thread.
+#[cfg(feature = "python")]
+pub(crate) const ON_ONE_THREAD: usize = TASK * super::lanes::LANES;
+
 /// Runs `work` compiled for the widest vector instructions of this processor.
 ///
 /// Only code inlined into `work` benefits. No fused multiply-add is formed, so results are bit-identical on every

@@ -31,10 +31,6 @@ const BLOCK: f64 = 500.0;
 /// Work to solve for a curve, relative to an exponential.
 pub const SOLVES: f64 = 100.0;
 
-/// Splines of Riemannian cubics through more points are solved on several threads; with fewer, only methods of last resort
-/// use them, and the calling thread polls between their steps.
-pub const ON_ONE_THREAD: usize = 64;
-
 /// Interval between two checks for Ctrl-C.
 const POLL: Duration = Duration::from_millis(50);
 
@@ -80,7 +76,9 @@ impl<'py> Call<'py> {
         Call { field, ..self }
     }
 
-    /// The same call, whose work may be distributed among threads.
+    /// The same call, whose work may be distributed among threads. Splines of Riemannian cubics through few points
+    /// ([`ON_ONE_THREAD`](crate::linalg::simd::ON_ONE_THREAD)) use other threads only in methods of last resort, between whose
+    /// steps the calling thread polls: they do not count.
     pub fn distributed(self, is_distributed: bool) -> Self {
         Call {
             is_distributed,

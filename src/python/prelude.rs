@@ -12,7 +12,7 @@ pub(super) use pyo3::types::{IntoPyDict, PyDict, PyFloat, PyString, PyTuple};
 pub(super) use pyo3::{IntoPyObjectExt, PyClass};
 
 pub(super) use super::batch::{Batch, matrix_batches};
-pub(super) use super::call::{Call, ON_ONE_THREAD, SOLVES, Shared, run, run_on};
+pub(super) use super::call::{Call, SOLVES, Shared, run, run_on};
 pub(super) use super::convert::{
     Any, Array, Named, Owned, collected, count, freeze, is_second, named, numpy, read, read_axes,
     to_array, tuple, two, unexpected, whole, write,

@@ -8,6 +8,7 @@ use super::knots::{BcType, Ends, times};
 use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Spline};
 use super::prelude::*;
 use super::spline::PyCubicSpline;
+use crate::linalg::simd::ON_ONE_THREAD;
 use crate::rotation::{RotationSpline, frame, tangent};
 use crate::spline::SplineOptions;
 

@@ -11,6 +11,7 @@ use super::prelude::*;
 use super::stored::{Form, form};
 use super::velocities::Velocities;
 use crate::cubic::BoundaryOptions;
+use crate::linalg::simd::ON_ONE_THREAD;
 use crate::space::Quotient;
 use crate::spline::{
     SplineDerivative, SplineOptions, cubic_hermite, cubic_spline, geometric_hermite,

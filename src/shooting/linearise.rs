@@ -20,8 +20,10 @@ const FEW: usize = 3;
 /// everything else.
 pub(crate) const DENSE: usize = 64;
 
-/// Largest number of dimensions in which a single leg is solved at its middle. Not measured.
-const LARGE: usize = 30;
+/// Largest number of dimensions in which a single leg is solved at its middle. The derivative of a spline through 25 points, by
+/// the changes at the start instead, takes 1.33 times as long on St(4,3) (6 dimensions), 1.27 on St(5,3) (9), 1.16 on St(6,3)
+/// (12), but 0.87 times on St(7,4) (18) and 0.88 on St(9,4) (26).
+const LARGE: usize = 15;
 
 /// Linearises the curve with the given coordinates of `x, x', x''` at its start.
 ///

@@ -26,11 +26,14 @@ use crate::threads::{self, is_alone, scaled};
 /// Number of legs that one task of the thread pool integrates, together if that is faster.
 pub(super) const LEGS: usize = LANES;
 
-/// Microseconds, for rotations, of a leg that is integrated among eight and of a quasi-geodesic between neighbours; of a piece
-/// whose curve is computed later.
-const LEG: f64 = 10.0;
-pub(super) const JOIN: f64 = 10.0;
-const PIECE: f64 = 0.5;
+/// Microseconds, for each coordinate, of a leg that is integrated among eight.
+const LEG: f64 = 0.25;
+
+/// Microseconds of a quasi-geodesic between neighbouring rotations.
+pub(super) const JOIN: f64 = 3.0;
+
+/// Microseconds of a piece whose curve is computed later.
+const PIECE: f64 = 0.2;
 
 /// Cost of the logarithm of a datum plus joining a moved knot, in units of joining: the logarithm takes about five
 /// times as long.
@@ -325,7 +328,7 @@ impl Arrivals {
             }
             Ok(miss)
         };
-        let found: Vec<Result<f64>> = if is_alone(lengths.len(), LEG) {
+        let found: Vec<Result<f64>> = if is_alone(lengths.len(), LEG * size as f64) {
             let mut worker = chain.worker();
             let groups = values
                 .chunks_mut(size * vectors * LEGS)

@@ -53,8 +53,8 @@ use crate::linalg::structure::{check_range, norm};
 use crate::threads::{self, scaled};
 
 /// Microseconds of the start of a piece, and of a few of its points, for rotations.
-const START: f64 = 2.0;
-const POINTS: f64 = 2.0;
+const START: f64 = 0.2;
+const POINTS: f64 = 3.0;
 
 /// The derivative of a spline of Riemannian cubics with respect to its data.
 ///

@@ -28,8 +28,8 @@ const SOLVER: &str = "geometric spline";
 const DEPTH: usize = 5;
 
 /// Microseconds of the bends of a leg between rotations, and of a piece.
-const BEND: f64 = 4.0;
-const PIECE: f64 = 20.0;
+const BEND: f64 = 5.0;
+const PIECE: f64 = 18.0;
 
 /// Minimal number of legs per group, and maximal number of groups: each group has its own buffers.
 const GROUP: usize = 16;

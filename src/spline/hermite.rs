@@ -13,7 +13,7 @@ use crate::space::Quotient;
 use crate::threads::{self, scaled};
 
 /// Microseconds of a piece between rotations.
-const PIECE: f64 = 50.0;
+const PIECE: f64 = 45.0;
 
 /// The once continuously differentiable curve of Riemannian cubics through points with given velocities.
 ///

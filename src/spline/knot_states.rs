@@ -14,8 +14,8 @@ use crate::solve::gmres::dot;
 use crate::space::Quotient;
 use crate::threads::{self, scaled};
 
-/// Microseconds of the ends of a piece between rotations.
-const ENDS: f64 = 2.0;
+/// Microseconds of the ends of a piece between rotations, whose curve is computed for them.
+const ENDS: f64 = 5.0;
 
 pub(super) const SOLVER: &str = "derivative of a spline";
 

@@ -31,8 +31,8 @@ use crate::solve::gmres::norm;
 use crate::space::Quotient;
 use crate::threads::{self, scaled};
 
-/// Microseconds of the blocks of a piece in three dimensions.
-const BLOCKS: f64 = 1.0;
+/// Microseconds of the blocks of a piece between rotations.
+const BLOCKS: f64 = 0.7;
 
 /// A system counts as singular if its smallest eigenvalue is below this fraction of the largest, as for boundary
 /// problems.
@@ -90,13 +90,6 @@ pub(super) fn check_size(states: &KnotStates, span: &Span) -> Result<()> {
     })
 }
 
-/// Microseconds of the blocks of a piece.
-fn work_of_blocks(states: &KnotStates) -> f64 {
-    let (n, k) = states.shape;
-    let d = n.min(4 * k) * k - k * (k + 1) / 2;
-    scaled(BLOCKS, (d, d))
-}
-
 impl KnotSystem {
     /// # Errors
     /// `ConjugateEnds` if the system is singular; `Overflow`, `Interrupted`.
@@ -137,8 +130,8 @@ impl KnotSystem {
             let frames = [leg, (leg + 1) % count].map(|knot| system.frames[knot].as_ref());
             Ok(pieces[leg].by_velocities(frames))
         };
-        let blocks: Vec<Blocks> =
-            threads::map(pieces.len(), work_of_blocks(states), || (), blocks)?;
+        let each = scaled(BLOCKS, states.shape);
+        let blocks: Vec<Blocks> = threads::map(pieces.len(), each, || (), blocks)?;
         system.inner = system.factored(&states.lengths, &blocks)?;
         if span.basis().is_some() {
             let blocks: Option<Vec<Blocks>> =

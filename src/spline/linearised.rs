@@ -16,7 +16,7 @@ use crate::linalg::decomp::solve_matrix;
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::threads;
 
-/// Microseconds of the derivative of a leg, at least.
+/// Microseconds of the derivative of a leg, which takes as long as ten integrations: always worth the pool.
 const DERIVATIVE: f64 = 100.0;
 
 /// Integration accuracy of derivatives, relative to the residual.

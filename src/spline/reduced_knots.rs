@@ -217,7 +217,7 @@ impl Polar {
         }
     }
 
-    /// Makes a point that is orthonormal to `1e-9` orthonormal to round-off.
+    /// Makes a point that is orthonormal to `1e-9` orthonormal to round-off, by one Newton step.
     fn orthonormalised(&mut self, mut s: Mat<f64>) -> Mat<f64> {
         let Polar { before, gram } = self;
         mul_into(&mut *gram, 0.5, s.transpose(), &s);

@@ -43,8 +43,8 @@ use crate::threads;
 
 const SOLVER: &str = "smoothing spline";
 
-/// Microseconds of the cost of a piece, at least.
-const COST: f64 = 20.0;
+/// Microseconds of the cost of a piece; 32 on St(20,5).
+const COST: f64 = 4.0;
 
 /// Minimal number of trials allowed for many data: with two threads, 120 random points on St(9, 7) are refused after
 /// 2.0 s. With 40 trials they are refused after 1.4 s, but a hundred noisy points of a geodesic on St(12, 4) are not
