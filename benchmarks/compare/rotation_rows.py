@@ -10,8 +10,8 @@ SCIPY = Rival("scipy", "rotation_spline", "SciPy RotationSpline, another curve",
 
 
 def rotations() -> list[Row]:
-    """Set-up, values, and many splines at once."""
-    return [*(_setup(count) for count in rotation_problems.COUNTS), *_values(), _crowd()]
+    """Set-up, set-up with values, values, and many splines at once."""
+    return [*(_setup(count) for count in rotation_problems.COUNTS), _curve(), *_values(), _crowd()]
 
 
 def _setup(count: int) -> Row:
@@ -21,6 +21,12 @@ def _setup(count: int) -> Row:
         rivals.append(Rival("interpolatepy", "interpolatepy", label, at_most=0.1, agree=MEETS, best_of=False))
     name = f"rotation_setup/{count}"
     return Row(name, f"natural `RotationSpline`, {count} keyframes from a `Rotation`", tuple(rivals), ahead=1.2)
+
+
+def _curve() -> Row:
+    count, times = rotation_problems.EVALUATED, spline_problems.EVALUATIONS
+    work = f"natural `RotationSpline`, {count} keyframes, and rotations at {times} times"
+    return Row("rotation_curve", work, (SCIPY,), ahead=1.2)
 
 
 def _values() -> list[Row]:

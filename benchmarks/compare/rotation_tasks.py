@@ -25,6 +25,17 @@ def setup_task(count: int) -> Task:
     return Task(run, result=lambda: run()(times).as_matrix()[..., :2], note=lambda: note)
 
 
+def curve_task() -> Task:
+    """A spline and its first evaluation."""
+    t, keyframes = rotation_problems.keyframes(rotation_problems.EVALUATED)
+    times = spline_problems.evaluations(t)
+
+    def run() -> Any:
+        return RotationSpline(t, keyframes)(times)
+
+    return Task(run, result=lambda: run().as_matrix())
+
+
 def values_task(order: int) -> Task:
     """Rotations or rates of a spline at many times."""
     t, keyframes = rotation_problems.keyframes(rotation_problems.EVALUATED)
@@ -49,7 +60,7 @@ def crowd_task() -> Task:
 
 def tasks() -> Tasks:
     """All tasks by name."""
-    found: dict[str, Callable[[], Task]] = {"rotation_crowd:ours": crowd_task}
+    found: dict[str, Callable[[], Task]] = {"rotation_crowd:ours": crowd_task, "rotation_curve:ours": curve_task}
     for count in rotation_problems.COUNTS:
         found[f"rotation_setup/{count}:ours"] = partial(setup_task, count)
     for name, order in rotation_problems.VALUES.items():

@@ -31,9 +31,16 @@ pub(crate) trait Curves: Send + Sync {
     /// The polynomials that contain those of a leg, and the index of the leg among them.
     fn of_leg(&self, leg: usize) -> (&Dense, usize);
 
-    /// Writes `x, x', x''` at the middle of a leg and returns the number of terms of its series; `None` if only the
-    /// polynomials are known.
-    fn middle_into(&self, leg: usize, out: [&mut [f64]; 3]) -> Option<usize>;
+    /// The series of all legs about their middles, if these are known and the legs are rotations in space.
+    fn rotations(&self) -> Option<Vec<RotationSeries>>;
+}
+
+/// A leg of rotations in space: coefficients in powers of `s - 1/2`.
+pub(crate) struct RotationSeries {
+    /// The body rate, in the time of the leg.
+    pub(crate) rates: Vec<[f64; 3]>,
+    /// The unit quaternion relative to that at the middle, scalar last; as many coefficients.
+    pub(crate) quaternions: Vec<[f64; 4]>,
 }
 
 impl Curves for Dense {
@@ -41,7 +48,7 @@ impl Curves for Dense {
         (self, leg)
     }
 
-    fn middle_into(&self, _: usize, _: [&mut [f64]; 3]) -> Option<usize> {
+    fn rotations(&self) -> Option<Vec<RotationSeries>> {
         None
     }
 }

@@ -7,7 +7,7 @@ mod dense;
 mod knots;
 mod options;
 
-pub(crate) use dense::{Curves, Dense, Polynomials};
+pub(crate) use dense::{Curves, Dense, Polynomials, RotationSeries};
 pub(crate) use knots::{End, Ends, Knots};
 #[cfg(test)]
 pub(crate) use options::ThirdDerivative;

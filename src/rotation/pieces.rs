@@ -3,12 +3,11 @@
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
 use super::series::{
-    Quaternion, Vector, conjugate, derivative, dot, normalised, product, quaternion_series,
-    rate_series, value,
+    Quaternion, Vector, conjugate, derivative, dot, normalised, product, quaternion_series, value,
 };
 use crate::cubic::RiemannianCubic;
 use crate::curve::Curve;
-use crate::legs::Curves;
+use crate::legs::RotationSeries;
 use crate::linalg::simd::vectorised;
 
 /// The polynomials of all legs, in order.
@@ -33,51 +32,28 @@ struct Segment {
     terms: usize,
 }
 
-/// The curves of legs, as a solver left them.
-pub(super) struct SolvedLegs<'a> {
-    pub(super) curves: &'a dyn Curves,
-    /// Tension of the curve.
-    pub(super) tension: f64,
-    pub(super) knots: &'a [f64],
-}
-
-impl SolvedLegs<'_> {
-    /// Taylor coefficients of the rate about the middle of a leg, in the time of the leg.
-    #[inline(always)]
-    fn rates(&self, leg: usize) -> Option<Vec<Vector>> {
-        let mut middle = [[0.0; 3]; 3];
-        let room = middle.each_mut().map(|x| &mut x[..]);
-        let terms = self.curves.middle_into(leg, room)?;
-        // Coordinates of `St(3, 2)` are `-w_3, -w_2, w_1`.
-        let middle = middle.map(|[x, y, z]| [z, -y, -x]);
-        let length = self.knots[leg + 1] - self.knots[leg];
-        // Multiply one factor at a time: the product of the factors may overflow.
-        Some(rate_series(middle, self.tension * length * length, terms))
-    }
-}
-
 impl Pieces {
-    /// From the curves of solved legs if there are any, from the pieces otherwise. `knots` are the quaternions at the
+    /// From the series of the legs if they are known, from the pieces otherwise. `knots` are the quaternions at the
     /// knots; their signs are arbitrary except for the first one.
     pub(super) fn new(
         cubics: &[RiemannianCubic],
-        solved: Option<SolvedLegs<'_>>,
+        series: Option<&[RotationSeries]>,
         knots: &[Quaternion],
     ) -> Self {
+        let terms = series.map_or(0, |all| all.iter().map(|leg| leg.rates.len()).sum());
         let mut pieces = Pieces {
             segments: Vec::with_capacity(cubics.len()),
             legs: vec![0],
-            rates: Vec::new(),
-            quaternions: Vec::new(),
+            rates: Vec::with_capacity(terms),
+            quaternions: Vec::with_capacity(terms),
         };
         let mut here = knots[0];
         vectorised(
             #[inline(always)]
             || {
                 for (leg, cubic) in cubics.iter().enumerate() {
-                    let rates = solved.as_ref().and_then(|solved| solved.rates(leg));
-                    let end = match rates {
-                        Some(rates) => pieces.push_solved(&rates, here),
+                    let end = match series {
+                        Some(series) => pieces.push_series(&series[leg], here),
                         None => pieces.push_cubic(cubic, here),
                     };
                     pieces.legs.push(pieces.segments.len());
@@ -103,14 +79,14 @@ impl Pieces {
         pieces
     }
 
-    /// Appends a leg from its rate about its middle; returns the quaternion at its end.
+    /// Appends a leg from its series about its middle; returns the quaternion at its end.
     #[inline(always)]
-    fn push_solved(&mut self, rates: &[Vector], start: Quaternion) -> Quaternion {
-        let turns = quaternion_series(rates, [0.0, 0.0, 0.0, 1.0]);
-        let center = product(start, conjugate(normalised(value(&turns, -0.5))));
-        let quaternions: Vec<Quaternion> = turns.iter().map(|q| product(center, *q)).collect();
-        let end = value(&quaternions, 0.5);
-        self.push(1.0, [0.5, 1.0], rates, &quaternions);
+    fn push_series(&mut self, series: &RotationSeries, start: Quaternion) -> Quaternion {
+        let RotationSeries { rates, quaternions } = series;
+        let center = product(start, conjugate(normalised(value(quaternions, -0.5))));
+        let end = product(center, value(quaternions, 0.5));
+        let quaternions = quaternions.iter().map(|q| product(center, *q));
+        self.push(1.0, [0.5, 1.0], rates, quaternions);
         end
     }
 
@@ -137,17 +113,18 @@ impl Pieces {
             }
             here = value(&quaternions, at(polynomial.upper));
             let place = [polynomial.center, polynomial.upper];
-            self.push(polynomial.rate, place, &rates, &quaternions);
+            self.push(polynomial.rate, place, &rates, quaternions.into_iter());
         }
         here
     }
 
+    #[inline(always)]
     fn push(
         &mut self,
         rate: f64,
         [center, upper]: [f64; 2],
         rates: &[Vector],
-        quaternions: &[Quaternion],
+        quaternions: impl Iterator<Item = Quaternion>,
     ) {
         self.segments.push(Segment {
             upper,
@@ -157,7 +134,7 @@ impl Pieces {
             terms: rates.len(),
         });
         self.rates.extend_from_slice(rates);
-        self.quaternions.extend_from_slice(quaternions);
+        self.quaternions.extend(quaternions);
     }
 
     /// Negates all quaternions, which leaves the rotations unchanged.

@@ -8,7 +8,7 @@ use nalgebra::{Quaternion as Coordinates, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::ends::{RotationEnds, frame, tangent};
-use super::pieces::{Pieces, SolvedLegs, of_matrix};
+use super::pieces::{Pieces, of_matrix};
 use super::reference_frame::ReferenceFrame;
 use super::series::{Quaternion, Vector, dot};
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
@@ -34,7 +34,7 @@ const SHARED: usize = 4096;
 /// to unit quaternions. Their sign is continuous, and at the first keyframe it is that of the given quaternion. Outside
 /// the keyframes' times the first and the last piece are extrapolated.
 ///
-/// The first evaluation builds the polynomials of all legs, a few microseconds per leg; later evaluations between the
+/// The first evaluation builds the polynomials of all legs, two microseconds per leg; later evaluations between the
 /// first and the last keyframe allocate nothing.
 ///
 /// # Accuracy
@@ -58,8 +58,8 @@ const SHARED: usize = 4096;
 /// ```
 pub struct RotationSpline {
     curve: Arc<Piecewise<RiemannianCubic>>,
-    /// The curves of the legs, if a solver produced them, and the tension.
-    legs: Option<(Arc<dyn Curves>, f64)>,
+    /// The curves of the legs, if a solver produced them.
+    legs: Option<Arc<dyn Curves>>,
     /// Quaternions at the knots; their signs are arbitrary except for the first one.
     rotations: Vec<Quaternion>,
     report: Option<SolverReport>,
@@ -109,7 +109,6 @@ impl RotationSpline {
         let (curve, report, legs) = cubic_spline_of_legs(t, &points, ends, options)?;
         let curve = curve.with_outside(Outside::Continued);
         let rotations = rotations.iter().map(|q| q.coords.into()).collect();
-        let legs = legs.map(|legs| (legs, options.tension));
         Ok(Self::of_legs(
             Arc::new(curve),
             legs,
@@ -208,7 +207,7 @@ impl RotationSpline {
 
     fn of_legs(
         curve: Arc<Piecewise<RiemannianCubic>>,
-        legs: Option<(Arc<dyn Curves>, f64)>,
+        legs: Option<Arc<dyn Curves>>,
         rotations: Vec<Quaternion>,
         report: Option<SolverReport>,
     ) -> Self {
@@ -418,13 +417,8 @@ impl RotationSpline {
 
     fn pieces(&self) -> &Pieces {
         self.pieces.get_or_init(|| {
-            let knots = self.knots();
-            let solved = self.legs.as_ref().map(|(curves, tension)| SolvedLegs {
-                curves: curves.as_ref(),
-                tension: *tension,
-                knots,
-            });
-            Pieces::new(self.curve.pieces(), solved, &self.rotations)
+            let series = self.legs.as_ref().and_then(|legs| legs.rotations());
+            Pieces::new(self.curve.pieces(), series.as_deref(), &self.rotations)
         })
     }
 }

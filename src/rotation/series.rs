@@ -1,37 +1,10 @@
-//! Taylor series of a body rate, and of the unit quaternion that turns with it.
+//! The Taylor series of a unit quaternion that turns with a body rate, and values of polynomials.
 
 /// A vector in space.
 pub(super) type Vector = [f64; 3];
 
 /// A quaternion, scalar last.
 pub(super) type Quaternion = [f64; 4];
-
-/// Taylor coefficients of the rate of a cubic, `terms` of them, from `w, w', w''` at the center.
-///
-/// ```math
-/// w'' = w' \times w + \tau w + c,\qquad
-/// (k+1)(k+2)\,a_{k+2} = \sum_{i > j,\ i + j = k + 1} (i - j)\, a_i \times a_j + \tau a_k
-/// ```
-#[inline(always)]
-pub(super) fn rate_series(
-    [w, first, second]: [Vector; 3],
-    tension: f64,
-    terms: usize,
-) -> Vec<Vector> {
-    let mut a = Vec::with_capacity(terms);
-    a.extend([w, first, second.map(|x| 0.5 * x)]);
-    for k in 1..terms.saturating_sub(2) {
-        let mut sum = a[k].map(|x| tension * x);
-        for j in 0..=k / 2 {
-            let i = k + 1 - j;
-            add_cross(&mut sum, (i - j) as f64, a[i], a[j]);
-        }
-        let factor = 1.0 / ((k + 1) * (k + 2)) as f64;
-        a.push(sum.map(|x| factor * x));
-    }
-    a.truncate(terms);
-    a
-}
 
 /// Taylor coefficients of the quaternion, as many as of the rate, from its value at the center: `q' = q (w, 0) / 2`.
 #[inline(always)]
@@ -127,11 +100,4 @@ pub(super) fn dot(a: Quaternion, b: Quaternion) -> f64 {
 pub(super) fn normalised(q: Quaternion) -> Quaternion {
     let factor = 1.0 / dot(q, q).sqrt();
     q.map(|x| factor * x)
-}
-
-#[inline(always)]
-fn add_cross(sum: &mut Vector, factor: f64, a: Vector, b: Vector) {
-    sum[0] += factor * (a[1] * b[2] - a[2] * b[1]);
-    sum[1] += factor * (a[2] * b[0] - a[0] * b[2]);
-    sum[2] += factor * (a[0] * b[1] - a[1] * b[0]);
 }

@@ -306,10 +306,14 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
 /// Number of terms of the derivatives of legs. If tension lets velocities grow as `e^7` along a leg, four terms are
 /// meaningless.
 fn terms(space: impl Homogeneous, knots: &Knots<'_>) -> usize {
-    let is_of_rotations = space.size() == 3 && space.isotropy_dim() == 0;
     match knots.tension == 0.0 {
         false => MORE_TERMS,
-        true if is_of_rotations => TERMS_OF_ROTATIONS,
+        true if is_of_rotations(space) => TERMS_OF_ROTATIONS,
         true => TERMS,
     }
+}
+
+/// Whether points are rotations in space.
+pub(super) fn is_of_rotations(space: impl Homogeneous) -> bool {
+    space.size() == 3 && space.isotropy_dim() == 0
 }

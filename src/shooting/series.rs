@@ -127,8 +127,36 @@ impl<T: Field> Series<T> {
     fn extend_frames(&mut self, space: impl Homogeneous, powers: Range<usize>) {
         vectorised(
             #[inline(always)]
-            || self.set_frame_coefficients(space, powers),
+            || match space.size() {
+                3 => self.set_rotation_coefficients(powers),
+                _ => self.set_frame_coefficients(space, powers),
+            },
         );
+    }
+
+    /// In three dimensions, where the rows of `g x` are cross products.
+    #[inline(always)]
+    fn set_rotation_coefficients(&mut self, powers: Range<usize>) {
+        for k in powers {
+            let (known, next) = self.frames.split_at_mut((k + 1) * 9);
+            let late = self.matrices[..(k + 1) * 9].chunks_exact(9).rev();
+            let mut sums = [T::ZERO; 9];
+            for (g, x) in known.chunks_exact(9).zip(late) {
+                let [x, y, z] = axis(x);
+                for (sum, g) in sums.chunks_exact_mut(3).zip(g.chunks_exact(3)) {
+                    sum[0] += g[1] * z;
+                    sum[0] -= g[2] * y;
+                    sum[1] -= g[0] * z;
+                    sum[1] += g[2] * x;
+                    sum[2] += g[0] * y;
+                    sum[2] -= g[1] * x;
+                }
+            }
+            let factor = 1.0 / (k + 1) as f64;
+            for (next, sum) in next.iter_mut().zip(sums) {
+                *next = sum * factor;
+            }
+        }
     }
 
     #[inline(always)]

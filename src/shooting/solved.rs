@@ -2,12 +2,12 @@
 
 use std::sync::OnceLock;
 
-use super::chain::Group;
+use super::chain::{Group, is_of_rotations};
 use super::series::{Series, at_ends};
-use crate::legs::{Curves, Dense, Polynomials};
+use crate::legs::{Curves, Dense, Polynomials, RotationSeries};
 use crate::linalg::field::{Field, transposed_multiply};
 use crate::linalg::simd::vectorised;
-use crate::space::Homogeneous;
+use crate::space::{Homogeneous, axis};
 
 /// Number of additional terms of the curves, needed for their third derivatives.
 const FOR_DERIVATIVES: usize = 4;
@@ -73,14 +73,41 @@ impl<T: Field + Send + Sync, S: Homogeneous> Curves for Solved<T, S> {
         (polynomials, leg - first)
     }
 
-    fn middle_into(&self, leg: usize, out: [&mut [f64]; 3]) -> Option<usize> {
-        let group = &self.groups[leg / T::COUNT];
-        for (out, x) in out.into_iter().zip(&group.middle) {
-            for (out, x) in out.iter_mut().zip(x) {
-                *out = x.lane(leg % T::COUNT);
-            }
+    fn rotations(&self) -> Option<Vec<RotationSeries>> {
+        let space = self.space;
+        let longest = self.groups.iter().map(|group| group.order).max()?;
+        if !is_of_rotations(space) {
+            return None;
         }
-        Some(group.order + 3)
+        let mut series = Series::new(space, longest);
+        let mut all = Vec::with_capacity(self.legs);
+        vectorised(
+            #[inline(always)]
+            || {
+                for group in &self.groups {
+                    let middle = group.middle.each_ref().map(|x| &x[..]);
+                    series.set_curve(space, middle, group.tension, group.order);
+                    series.set_turns(space, group.order + 2);
+                    for lane in 0..T::COUNT.min(self.legs - all.len()) {
+                        all.push(rotation_series(&series, group.order + 3, lane));
+                    }
+                }
+            },
+        );
+        Some(all)
+    }
+}
+
+/// One leg of a group.
+#[inline(always)]
+fn rotation_series<T: Field>(series: &Series<T>, terms: usize, lane: usize) -> RotationSeries {
+    let rates = series.matrices.chunks_exact(9).take(terms);
+    let rates = rates.map(|x| axis(x).map(|w| w.lane(lane)));
+    let quaternions = series.frames.chunks_exact(4).take(terms);
+    let quaternions = quaternions.map(|p| [p[1], p[2], p[3], p[0]].map(|p| p.lane(lane)));
+    RotationSeries {
+        rates: rates.collect(),
+        quaternions: quaternions.collect(),
     }
 }
 

@@ -151,6 +151,13 @@ def rotation_points_task() -> Task:
     return Task(lambda: spline(times), units=len(times), result=lambda: spline(times).as_matrix()[..., :2])
 
 
+def rotation_curve_task() -> Task:
+    """A spline and its first evaluation."""
+    t, rotations = rotation_problems.keyframes(rotation_problems.EVALUATED)
+    times = spline_problems.evaluations(t)
+    return Task(lambda: RotationSpline(t, rotations)(times), result=lambda: np.zeros(0))
+
+
 def rotation_values_task(order: int) -> Task:
     """Rotations or rates of a spline at many times."""
     t, rotations = rotation_problems.keyframes(rotation_problems.EVALUATED)
@@ -210,6 +217,7 @@ def tasks() -> Tasks:
         found[f"rotation_setup/{count}:rotation_spline"] = partial(rotation_spline_task, count)
     for name, order in rotation_problems.VALUES.items():
         found[f"rotation_values/{name}:rotation_spline"] = partial(rotation_values_task, order)
+    found["rotation_curve:rotation_spline"] = rotation_curve_task
     found["rotation_crowd:rotation_spline"] = rotation_crowd_task
     found["spline_hermite/setup:tangent"] = partial(tangent_hermite, points=False)
     found["spline_hermite/point:tangent"] = partial(tangent_hermite, points=True)
