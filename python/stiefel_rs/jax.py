@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
+from functools import partial
 from typing import Any, Final
 
 import jax
@@ -51,8 +52,8 @@ def _beside(array: Any, arguments: Sequence[Any]) -> jax.Array:
     return jax.device_put(array, next(iter(devices)) if len(devices) == 1 else None)
 
 
-def _on_host(primitive: Primitive, operation: Operation) -> Callable[..., Any]:
-    """Return the function of NumPy arrays that a primitive represents."""
+def _on_host(primitive: Primitive, operation: Operation, wanted: tuple[bool, ...] | None = None) -> Callable[..., Any]:
+    """Return the function of NumPy arrays that a primitive represents; a transpose computes the wanted gradients."""
     count = len(operation.arguments)
 
     def value(*arrays: Any) -> Any:
@@ -62,7 +63,7 @@ def _on_host(primitive: Primitive, operation: Operation) -> Callable[..., Any]:
         return operation.variations(arrays[:count], arrays[count:]).astype(arrays[0].dtype)
 
     def pullback(*arrays: Any) -> Any:
-        found = operation.pullbacks(arrays[:count], arrays[count])
+        found = operation.pullbacks(arrays[:count], arrays[count], wanted)
         return [x.astype(arrays[0].dtype) for x in found]
 
     return {_VALUE: value, _VARIATION: variation, _PULLBACK: pullback}[primitive]
@@ -72,18 +73,18 @@ def _define(primitive: Primitive) -> None:
     """Define evaluation, abstract evaluation, compilation and batching of a primitive."""
     is_pullback = primitive is _PULLBACK
 
-    def evaluate(*arrays: Any, operation: Operation) -> Any:
-        found = _on_host(primitive, operation)(*map(np.asarray, arrays))
+    def evaluate(*arrays: Any, **parameters: Any) -> Any:
+        found = _on_host(primitive, **parameters)(*map(np.asarray, arrays))
         return [_beside(x, arrays) for x in found] if is_pullback else _beside(found, arrays)
 
-    def abstract(*arrays: Any, operation: Operation) -> Any:
+    def abstract(*arrays: Any, operation: Operation, **_: Any) -> Any:
         data = arrays[: len(operation.arguments)]
         if is_pullback:
             return [jax.core.ShapedArray(x.shape, x.dtype) for x in data]
         return jax.core.ShapedArray(operation.value_shape([x.shape for x in data]), arrays[0].dtype)
 
-    def compiled(context: Any, *arrays: Any, operation: Operation) -> Any:
-        host = _on_host(primitive, operation)
+    def compiled(context: Any, *arrays: Any, **parameters: Any) -> Any:
+        host = _on_host(primitive, **parameters)
 
         def call(*numbers: Any) -> Any:
             found = host(*map(np.asarray, numbers))
@@ -96,13 +97,13 @@ def _define(primitive: Primitive) -> None:
         )
         return found
 
-    def batched(arrays: Sequence[Any], axes: Sequence[Any], *, operation: Operation) -> Any:
+    def batched(arrays: Sequence[Any], axes: Sequence[Any], **parameters: Any) -> Any:
         pairs = list(zip(arrays, axes, strict=True))
         size = next(x.shape[axis] for x, axis in pairs if axis is not None)
         stacked = [
             jnp.broadcast_to(x, (size, *x.shape)) if axis is None else jnp.moveaxis(x, axis, 0) for x, axis in pairs
         ]
-        found = primitive.bind(*stacked, operation=operation)
+        found = primitive.bind(*stacked, **parameters)
         return found, [0] * len(found) if is_pullback else 0
 
     primitive.def_impl(evaluate)
@@ -124,25 +125,26 @@ def _value_jvp(arrays: Sequence[Any], tangents: Sequence[Any], *, operation: Ope
 def _linear_jvp(primitive: Primitive) -> Callable[..., Any]:
     """Return the derivative of a primitive with respect to its last arguments, in which it is linear."""
 
-    def rule(arrays: Sequence[Any], tangents: Sequence[Any], *, operation: Operation) -> Any:
+    def rule(arrays: Sequence[Any], tangents: Sequence[Any], *, operation: Operation, **parameters: Any) -> Any:
         count = len(operation.arguments)
         if not all(isinstance(tangent, ad.Zero) for tangent in tangents[:count]):
             raise operation.no_second()
-        value = primitive.bind(*arrays, operation=operation)
+        bind = partial(primitive.bind, operation=operation, **parameters)
         moves = [ad.instantiate_zeros(tangent) for tangent in tangents[count:]]
-        return value, primitive.bind(*arrays[:count], *moves, operation=operation)
+        return bind(*arrays), bind(*arrays[:count], *moves)
 
     return rule
 
 
 def _variation_transpose(cotangent: Any, *arrays: Any, operation: Operation) -> Any:
     count = len(operation.arguments)
-    pulled = _PULLBACK.bind(*arrays[:count], ad.instantiate_zeros(cotangent), operation=operation)
-    wanted = [ad.is_undefined_primal(x) for x in arrays[count:]]
+    wanted = tuple(ad.is_undefined_primal(x) for x in arrays[count:])
+    pulled = _PULLBACK.bind(*arrays[:count], ad.instantiate_zeros(cotangent), operation=operation, wanted=wanted)
     return [None] * count + [x if is_wanted else None for x, is_wanted in zip(pulled, wanted, strict=True)]
 
 
-def _pullback_transpose(cotangents: Sequence[Any], *arrays: Any, operation: Operation) -> Any:
+def _pullback_transpose(cotangents: Sequence[Any], *arrays: Any, operation: Operation, **_: Any) -> Any:
+    # Gradients that are not wanted are not used, and have no cotangents.
     count = len(operation.arguments)
     moves = [ad.instantiate_zeros(cotangent) for cotangent in cotangents]
     return [None] * count + [_VARIATION.bind(*arrays[:count], *moves, operation=operation)]

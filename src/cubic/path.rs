@@ -260,7 +260,13 @@ impl Path {
     #[inline(always)]
     pub(crate) fn points_into(&self, t: f64, out: &mut [&mut [f64]]) {
         let (coefficients, t) = self.piece_at(t);
-        shift_into(coefficients, self.rows() * self.blocks.k, t, out);
+        match self.rows() * self.blocks.k {
+            4 => shift_small_into::<4>(coefficients, t, out),
+            8 => shift_small_into::<8>(coefficients, t, out),
+            12 => shift_small_into::<12>(coefficients, t, out),
+            16 => shift_small_into::<16>(coefficients, t, out),
+            size => shift_into(coefficients, size, t, out),
+        }
     }
 
     /// The point at `t`, `(rows, k)` column by column.
@@ -399,6 +405,40 @@ fn shift_into(coefficients: &[f64], size: usize, t: f64, out: &mut [&mut [f64]])
     }
 }
 
+/// As [`shift_into`], for blocks of `SIZE` entries.
+#[inline(always)]
+fn shift_small_into<const SIZE: usize>(coefficients: &[f64], t: f64, out: &mut [&mut [f64]]) {
+    match out.len() {
+        2 => shift_in_registers::<SIZE, 2>(coefficients, t, out),
+        3 => shift_in_registers::<SIZE, 3>(coefficients, t, out),
+        4 => shift_in_registers::<SIZE, 4>(coefficients, t, out),
+        _ => shift_into(coefficients, SIZE, t, out),
+    }
+}
+
+/// As [`shift_into`], for blocks of `SIZE` entries and `N` coefficients.
+#[inline(always)]
+fn shift_in_registers<const SIZE: usize, const N: usize>(
+    coefficients: &[f64],
+    t: f64,
+    out: &mut [&mut [f64]],
+) {
+    let mut sums = [[0.0; SIZE]; N];
+    for c in coefficients.chunks_exact(SIZE).rev() {
+        for i in (1..N).rev() {
+            for j in 0..SIZE {
+                sums[i][j] = sums[i][j] * t + sums[i - 1][j];
+            }
+        }
+        for j in 0..SIZE {
+            sums[0][j] = sums[0][j] * t + c[j];
+        }
+    }
+    for (out, sums) in out.iter_mut().zip(&sums) {
+        out.copy_from_slice(sums);
+    }
+}
+
 /// The value at `t` of a polynomial with blocks of `SIZE` entries.
 ///
 /// Even and odd orders are summed separately, in powers of `t^2`, in registers: two short chains of additions instead
@@ -423,5 +463,24 @@ fn sum_into<const SIZE: usize>(coefficients: &[f64], t: f64, out: &mut [f64]) {
     }
     for (out, (even, odd)) in out.iter_mut().zip(even.iter().zip(&odd)) {
         *out = even + t * odd;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_of_known_size_are_shifted_like_others() {
+        const SIZE: usize = 12;
+        for (orders, t) in [(1, -0.7), (2, 1.3), (3, 0.0), (4, 0.4), (5, -1.1)] {
+            let coefficients: Vec<f64> = (0..7 * SIZE).map(|i| (1.0 + i as f64).sin()).collect();
+            let [mut known, mut any] = [(); 2].map(|()| vec![vec![7.0; SIZE]; orders]);
+            let mut room: Vec<&mut [f64]> = known.iter_mut().map(Vec::as_mut_slice).collect();
+            shift_small_into::<SIZE>(&coefficients, t, &mut room);
+            let mut room: Vec<&mut [f64]> = any.iter_mut().map(Vec::as_mut_slice).collect();
+            shift_into(&coefficients, SIZE, t, &mut room);
+            assert_eq!(known, any);
+        }
     }
 }

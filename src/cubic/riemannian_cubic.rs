@@ -311,7 +311,10 @@ impl Curve for RiemannianCubic {
         let path = reaching(self, moment, beyond)?;
         let mut targets: [&mut [f64]; ORDER + 1] =
             coefficients.each_mut().map(|c| c.as_mut_slice());
-        path.points_into(moment, &mut targets[..=order]);
+        vectorised(
+            #[inline(always)]
+            || path.points_into(moment, &mut targets[..=order]),
+        );
         for (j, (target, source)) in out.c.iter_mut().zip(&mut targets[..=order]).enumerate() {
             for entry in source.iter_mut() {
                 *entry = self.clock.derivative(*entry, j);

@@ -379,7 +379,8 @@ fn reader<C: Curve + ?Sized>(
         }
         let (rows, k) = (out.nrows(), curve.k());
         if jets.len() < t.len().min(LANES) {
-            jets.resize_with(t.len().min(LANES), || Jet::zeros(rows, k));
+            let jet = || Jet::zeros_up_to(quantity.order(), rows, k);
+            jets.resize_with(t.len().min(LANES), jet);
         }
         for (block, t) in t.chunks(LANES).enumerate() {
             let jets = &mut jets[..t.len()];

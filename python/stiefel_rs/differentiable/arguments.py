@@ -32,6 +32,10 @@ LARGEST_DEFECT = 1e-3
 # which would increase the time of value and gradient of a boundary problem on St(3, 1) from 0.67 ms to 0.80 ms.
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
 
+# Up to this norm of S^H S - I the polar factor is summed as a series, with errors of 3e-19, and 1e-12 in its derivative.
+# With singular value decompositions, value and gradient of a spline of 200 rotations would take 1.2 times as long.
+NEAR = 1e-6
+
 
 @dataclass(frozen=True)
 class Argument(ABC):
@@ -144,8 +148,12 @@ class Frame(Argument):
         """Project the argument."""
         if not np.isfinite(raw).all():
             raise InvalidInputError(f"{self.name}: not finite")
-        if _is_frame(raw):
+        excess = _gram_excess(raw)
+        if _is_round_off(excess, raw):
             return raw
+        if _is_near(excess):
+            near: Array = raw @ _inverse_root(excess)
+            return near
         left, sizes, right = np.linalg.svd(raw, full_matrices=False)
         defect = float(np.abs(sizes - 1.0).max(initial=0.0))
         if defect > LARGEST_DEFECT:
@@ -158,11 +166,17 @@ class Frame(Argument):
 
     def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:
         """Return the variation of the projection for a variation of the argument."""
-        # With raw = S P and inner = S^T Z: dS = S X + (Z - S S^T Z) P^-1, where P X + X P = inner - inner^T.
-        if _is_frame(raw):
-            inner = transposed(raw) @ tangent
+        inner = transposed(raw) @ tangent
+        excess = _gram_excess(raw)
+        if _is_round_off(excess, raw):
             along: Array = tangent - raw @ symmetric_part(inner)
             return along
+        if _is_near(excess):
+            change = inner + transposed(inner)
+            twice = 0.375 * (change @ excess + excess @ change) - 0.5 * change
+            near: Array = tangent @ _inverse_root(excess) + raw @ twice
+            return near
+        # With raw = S P and inner = S^T Z: dS = S X + (Z - S S^T Z) P^-1, where P X + X P = inner - inner^T.
         left, sizes, right = np.linalg.svd(raw, full_matrices=False)
         frame = left @ right
         inner = transposed(frame) @ tangent
@@ -274,12 +288,28 @@ def inner_products(one: Array, other: Array) -> Array:
     return products
 
 
-def _is_frame(raw: Array) -> bool:
-    """Whether columns are orthonormal to round-off, so that projection would not improve them."""
-    n, k = raw.shape[-2:]
-    gram = transposed(raw) @ raw
+def _gram_excess(raw: Array) -> Array:
+    """Return `S^H S - I`."""
+    k = raw.shape[-1]
+    gram: Array = transposed(raw) @ raw
     gram.reshape(-1, k * k)[:, :: k + 1] -= 1.0
-    return bool(np.abs(gram).max(initial=0.0) <= ROUND_OFF * n)
+    return gram
+
+
+def _is_round_off(excess: Array, raw: Array) -> bool:
+    """Whether columns are orthonormal to round-off, so that projection would not improve them."""
+    return bool(np.abs(excess).max(initial=0.0) <= ROUND_OFF * raw.shape[-2])
+
+
+def _is_near(excess: Array) -> bool:
+    """Whether two terms of the series of the polar factor suffice."""
+    return bool(np.linalg.norm(excess, axis=(-2, -1)).max(initial=0.0) <= NEAR)
+
+
+def _inverse_root(excess: Array) -> Array:
+    """Return `(I + D)^(-1/2) = I - D / 2 + 3 D^2 / 8 - ...` for a small `D`."""
+    root: Array = np.eye(excess.shape[-1]) - 0.5 * excess + 0.375 * (excess @ excess)
+    return root
 
 
 def _unexpected(name: str, expected: str, found: Shape) -> InvalidInputError:

@@ -8,7 +8,7 @@ from typing import Final
 
 from .._core import RiemannianCubic
 from .arguments import Array, Frame, Plain, Shape, Tangent, inner_products
-from .operation import Operation
+from .operation import Gradient, Operation
 from .solved import Solved, core_shape, numbers_of_cubic
 
 
@@ -34,9 +34,9 @@ def _boundary_variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
     return moved
 
 
-def _boundary_pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
+def _boundary_pullback(data: Sequence[Array], w: Array) -> Sequence[Gradient]:
     curve, t = _BETWEEN(data[:4]), data[4]
-    return (*curve.point_pullback(t, w), inner_products(_along(curve, t), w))
+    return (*curve.point_pullback(t, w), lambda: inner_products(_along(curve, t), w))
 
 
 RIEMANNIAN_CUBIC: Final = Operation(

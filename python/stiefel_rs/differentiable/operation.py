@@ -11,6 +11,9 @@ import numpy as np
 
 from .arguments import Argument, Array, Shape
 
+# A gradient, or a function that computes it.
+Gradient = Array | Callable[[], Array]
+
 
 @dataclass(frozen=True, eq=False)
 class Operation:
@@ -27,6 +30,7 @@ class Operation:
         Shape of a value, from the shapes of the arguments without the batch.
     value, variation, pullback : callable
         ``value(*data)``; ``variation(data, tangents)``; ``pullback(data, cotangent)``, a tuple; for one member.
+        Gradients that need additional work may be functions, which are called if the gradients are wanted.
     is_batched : bool
         Whether these functions take all members at once.
     on_pairs : bool
@@ -40,7 +44,7 @@ class Operation:
     shape: Callable[..., Shape]
     value: Callable[..., Array]
     variation: Callable[[Sequence[Array], Sequence[Array]], Array]
-    pullback: Callable[[Sequence[Array], Array], Sequence[Array]]
+    pullback: Callable[[Sequence[Array], Array], Sequence[Gradient]]
     is_batched: bool = False
     on_pairs: bool = False
 
@@ -86,17 +90,29 @@ class Operation:
             out[at] = self.variation(exact, moved)
         return self._plain(out)
 
-    def pullbacks(self, raw: Sequence[Any], cotangent: Any) -> tuple[Array, ...]:
-        """Evaluate the transpose of the derivative."""
+    def pullbacks(self, raw: Sequence[Any], cotangent: Any, wanted: Sequence[bool] | None = None) -> tuple[Array, ...]:
+        """Evaluate the transpose of the derivative; gradients that are not wanted may be zero."""
         data, cotangents = self._read(raw), self._of_plain(cotangent)
-        out = [np.empty_like(x) for x in data]
+        out = [np.zeros_like(x) for x in data]
         for at in self._members(data):
             member = [x[at] for x in data]
             exact = self._exact(member)
-            pulled = list(self.pullback(exact, cotangents[at]))
+            pulled = self.gradients(exact, cotangents[at], wanted)
             for i in reversed(range(len(pulled))):
                 out[i][at] = self.arguments[i].pullback(member[i], exact, pulled[i], pulled)
         return tuple(self._plain(x) if x.dtype.kind == "c" else x for x in out)
+
+    def gradients(self, data: Sequence[Array], cotangent: Array, wanted: Sequence[bool] | None = None) -> list[Array]:
+        """Apply the pullback of one member; gradients that are not wanted are zero if they need additional work."""
+        found: list[Array] = []
+        for i, gradient in enumerate(self.pullback(data, cotangent)):
+            if not callable(gradient):
+                found.append(gradient)
+            elif wanted is None or wanted[i]:
+                found.append(gradient())
+            else:
+                found.append(np.zeros_like(data[i]))
+        return found
 
     def no_second(self) -> NotImplementedError:
         """Return the error for a request of second derivatives."""

@@ -12,7 +12,7 @@ from .._core import CubicSpline
 from ..errors import InvalidInputError
 from ..rotation import RotationSpline
 from .arguments import Array, Frame, Inside, Plain, Shape, inner_products, transposed
-from .operation import Operation
+from .operation import Gradient, Operation
 from .solved import Solved, core_shape, numbers_of_piece
 
 BcType = Literal["natural", "clamped", "periodic"]
@@ -63,10 +63,10 @@ def _cubic_spline(bc_type: BcType) -> Operation:
         moved: Array = curve.point_variation(t, moves[1], moves[0]) + _along(curve, t) * moves[2][:, None, None]
         return moved
 
-    def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
+    def pullback(data: Sequence[Array], w: Array) -> Sequence[Gradient]:
         curve, t = solved(data[:2]), data[2]
         by_points, by_knots, _ = curve.point_pullback(t, w)
-        return by_knots, by_points, inner_products(_along(curve, t), w)
+        return by_knots, by_points, lambda: inner_products(_along(curve, t), w)
 
     return Operation(
         name="cubic_spline",
@@ -103,7 +103,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
         change: Array = _turned(turned, rates)
         return change
 
-    def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
+    def pullback(data: Sequence[Array], w: Array) -> Sequence[Gradient]:
         knots, q, t = data
         spline, points = solved((knots, q)), _matrices(_unit(q))
         turned: Array = spline(t)
@@ -112,7 +112,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
         by_points, by_knots, _ = spline.curve.point_pullback(t, _matrices(turned) @ _hat(0.5 * rates))
         inner = transposed(points) @ by_points
         by_turns = _vee(inner - transposed(inner))
-        return by_knots, _turns_back(q, by_turns), (rates * spline(t, 1)).sum(axis=-1)
+        return by_knots, _turns_back(q, by_turns), lambda: (rates * spline(t, 1)).sum(axis=-1)
 
     return Operation(
         name="rotation_spline",
