@@ -32,8 +32,8 @@ LARGEST_DEFECT = 1e-3
 # which would increase the time of value and gradient of a boundary problem on St(3, 1) from 0.67 ms to 0.80 ms.
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
 
-# Up to this norm of S^H S - I the polar factor is summed as a series, with errors of 3e-19, and 1e-12 in its derivative.
-# With singular value decompositions, value and gradient of a spline of 200 rotations would take 1.2 times as long.
+# Up to this norm of S^H S - I the polar factor is summed as a series; errors are 3e-19, and 1e-12 in its derivative.
+# With singular value decompositions, value and gradient of a spline of 200 rotations take 1.1 times as long.
 NEAR = 1e-6
 
 
