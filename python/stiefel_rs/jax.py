@@ -48,8 +48,9 @@ _PULLBACK.multiple_results = True
 
 def _beside(array: Any, arguments: Sequence[Any]) -> jax.Array:
     """Put a result on the device of the arguments, if they are on a single one."""
-    devices = arguments[0].devices()
-    return jax.device_put(array, next(iter(devices)) if len(devices) == 1 else None)
+    # Constants are NumPy's where JAX evaluates a part of a function in advance.
+    devices = {device for x in arguments if isinstance(x, jax.Array) for device in x.devices()}
+    return jax.device_put(array, devices.pop() if len(devices) == 1 else None)
 
 
 def _on_host(primitive: Primitive, operation: Operation, wanted: tuple[bool, ...] | None = None) -> Callable[..., Any]:

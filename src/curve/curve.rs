@@ -94,7 +94,8 @@ pub trait Curve: Send + Sync {
     /// Buffers for [`Curve::coordinates_into`].
     fn workspace(&self) -> Self::Workspace;
 
-    /// Writes Taylor coefficients in `tau` of the coordinates at `t + tau`, up to `order`, each of shape `(r, k)`.
+    /// Writes Taylor coefficients in `tau` of the coordinates at `t + tau`, up to `order`, each of shape `(r, k)`. Those above
+    /// `order` must not be written: `out` may have no room for them.
     ///
     /// # Errors
     /// An error if the curve does not exist at `t`.

@@ -34,7 +34,7 @@ const SHARED: usize = 4096;
 /// to unit quaternions. Their sign is continuous, and at the first keyframe it is that of the given quaternion. Outside
 /// the keyframes' times the first and the last piece are extrapolated.
 ///
-/// The first evaluation builds the polynomials of all legs, two microseconds per leg; later evaluations between the
+/// The first evaluation builds the polynomials of all legs, some microseconds per leg; later evaluations between the
 /// first and the last keyframe allocate nothing.
 ///
 /// # Accuracy

@@ -405,3 +405,31 @@ pub(super) fn at_ends<T: Field>(
         (*first, *last) = (even - odd, even + odd);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::{FixedFrames, Subspaces};
+
+    /// The special case is the general sum without its zeros, bit by bit.
+    #[test]
+    fn frames_of_rotations_are_those_of_all_matrices() {
+        fn compare(space: impl Homogeneous) {
+            let d = space.dim();
+            let middle = [1.0, 2.3, 5.7].map(|seed: f64| {
+                let entries = (0..d).map(|p| (seed + 1.9 * p as f64).sin());
+                entries.collect::<Vec<f64>>()
+            });
+            let mut series = Series::new(space, 12);
+            let middle = middle.each_ref().map(Vec::as_slice);
+            series.set_curve(space, middle, None, 12);
+            series.set_frames(space, 14);
+            let found = series.frames.clone();
+            series.set_frame_coefficients(space, 0..14);
+            assert_eq!(found, series.frames);
+        }
+        compare(FixedFrames::<3, 2>);
+        compare(FixedFrames::<3, 1>);
+        compare(Subspaces { r: 3, k: 1 });
+    }
+}

@@ -17,7 +17,7 @@ from jax.test_util import check_grads  # noqa: E402
 import stiefel_rs  # noqa: E402
 from stiefel_rs import CubicSpline, GeometricCubic, InvalidInputError, RiemannianCubic, RotationSpline, Stiefel  # noqa: E402
 from stiefel_rs import jax as sj  # noqa: E402
-from stiefel_rs.differentiable import cubics, solved  # noqa: E402
+from stiefel_rs.differentiable import cubics, solved, splines  # noqa: E402
 
 SHAPES = [(3, 1), (3, 3), (5, 2), (4, 4), (12, 3)]
 TIMES = np.array([0.0, 0.3, 1.0])
@@ -395,3 +395,34 @@ def test_derivatives_do_not_depend_on_the_raw_arguments_off_the_manifold(rng):
     gradient = jax.grad(lambda S: jnp.sum(W * sj.exp(S, 0 * S)))(stretched)
     # No change along the fibre.
     assert abs(np.sum(gradient * (S @ np.diag([1.0, 0.0])))) < 1e-12
+
+
+def test_constants_may_be_numpy_arrays():
+    """Where JAX evaluates a part of a function in advance, and where it transposes a derivative."""
+    S, V = np.eye(3)[:, :2], np.array([[0.0, -0.3], [0.3, 0.0], [0.1, 0.2]])
+    total = float(np.sum(sj.exp(S, V)))
+    slope = jax.grad(jax.checkpoint(lambda x: (x * sj.exp(S, V)).sum()))(1.0)
+    assert slope == pytest.approx(total, rel=1e-13)
+    q = np.array([[0.0, 0.0, 0.0, 1.0], [0.2, 0.0, 0.1, 1.0], [0.3, 0.3, 0.0, 1.0], [0.0, 0.4, 0.2, 1.0]])
+    knots, t = np.arange(4.0), np.array([0.3, 2.1])
+
+    def along(dt):
+        return jax.jvp(lambda t: sj.rotation_spline(knots, q, t), (t,), (dt,))[1]
+
+    w = np.cos(np.arange(8.0)).reshape(2, 4)
+    (found,) = jax.linear_transpose(along, t)(w)
+    expected = [np.sum(w * np.asarray(along(unit))) for unit in np.eye(2)]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
+
+
+def test_gradients_by_times_are_zero_unless_they_are_wanted():
+    turn = np.array([[0.0, -0.5, 0.2], [0.5, 0.0, 0.3], [-0.2, -0.3, 0.0]])
+    knots, S = np.arange(4.0), stiefel_rs.skew_exp(np.array([0.0, 1.0, 0.5, 2.0])[:, None, None] * turn)
+    t, w = np.array([0.3, 2.1]), np.cos(np.arange(18.0)).reshape(2, 3, 3)
+    operation = splines.cubic_spline("natural")
+    all_three = operation.pullbacks((knots, S, t), w)
+    two = operation.pullbacks((knots, S, t), w, (True, True, False))
+    for one, other in zip(all_three[:2], two[:2], strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert np.abs(all_three[2]).min() > 1e-3
+    assert not two[2].any()

@@ -93,7 +93,7 @@ class Operation:
     def pullbacks(self, raw: Sequence[Any], cotangent: Any, wanted: Sequence[bool] | None = None) -> tuple[Array, ...]:
         """Evaluate the transpose of the derivative; gradients that are not wanted may be zero."""
         data, cotangents = self._read(raw), self._of_plain(cotangent)
-        out = [np.zeros_like(x) for x in data]
+        out = [np.empty_like(x) for x in data]
         for at in self._members(data):
             member = [x[at] for x in data]
             exact = self._exact(member)
