@@ -134,7 +134,8 @@ impl<T: Field> Series<T> {
         );
     }
 
-    /// In three dimensions, where the rows of `g x` are cross products.
+    /// In three dimensions, where the rows of `g x` are cross products: sums of [`Self::set_frame_coefficients`] without the
+    /// zeros, in the same order.
     #[inline(always)]
     fn set_rotation_coefficients(&mut self, powers: Range<usize>) {
         for k in powers {

@@ -75,10 +75,10 @@ impl<T: Field + Send + Sync, S: Homogeneous> Curves for Solved<T, S> {
 
     fn rotations(&self) -> Option<Vec<RotationSeries>> {
         let space = self.space;
-        let longest = self.groups.iter().map(|group| group.order).max()?;
         if !is_of_rotations(space) {
             return None;
         }
+        let longest = self.groups.iter().map(|group| group.order).max()?;
         let mut series = Series::new(space, longest);
         let mut all = Vec::with_capacity(self.legs);
         vectorised(
@@ -98,7 +98,7 @@ impl<T: Field + Send + Sync, S: Homogeneous> Curves for Solved<T, S> {
     }
 }
 
-/// One leg of a group.
+/// The leg in a lane, from the series of its group after [`Series::set_turns`].
 #[inline(always)]
 fn rotation_series<T: Field>(series: &Series<T>, terms: usize, lane: usize) -> RotationSeries {
     let rates = series.matrices.chunks_exact(9).take(terms);

@@ -171,10 +171,11 @@ class Frame(Argument):
             along: Array = tangent - raw @ symmetric_part(transposed(raw) @ tangent)
             return along
         if _is_near(excess):
+            # With S^H S = I + D and F = (I + D)^(-1/2), the projection is S F, and its variation Z F + S dF.
             inner = transposed(raw) @ tangent
             change = inner + transposed(inner)
-            twice = 0.375 * (change @ excess + excess @ change) - 0.5 * change
-            near: Array = tangent @ _inverse_root(excess) + raw @ twice
+            root_change = 0.375 * (change @ excess + excess @ change) - 0.5 * change
+            near: Array = tangent @ _inverse_root(excess) + raw @ root_change
             return near
         # With raw = S P and inner = S^T Z: dS = S X + (Z - S S^T Z) P^-1, where P X + X P = inner - inner^T.
         left, sizes, right = np.linalg.svd(raw, full_matrices=False)
