@@ -16,6 +16,7 @@ use crate::linalg::structure::row_by_row;
 use crate::linalg::{orthogonal_log, skew_exp, unitary_log};
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::shooting::ChainKnots;
 use crate::space::{Kind, RowOrder, ScalarField};
 
 /// Minimal number of legs of a curve: one per lane.
@@ -174,15 +175,15 @@ impl DescentStart {
         (frame, velocity)
     }
 
-    /// Frames at the knots, shape `(r, r)` in row-major order, and velocities in them, in the time of a leg.
-    pub(super) fn frames(&self) -> (Vec<f64>, Vec<f64>) {
-        let (mut frames, mut velocities) = (Vec::new(), Vec::new());
+    /// The knots, with velocities in the time of a leg.
+    pub(super) fn chain_knots(&self) -> ChainKnots {
+        let mut knots = ChainKnots::default();
         for knot in 0..self.knots.len() {
             let (frame, velocity) = self.at(knot);
-            frames.extend(row_by_row(frame.as_ref()));
-            velocities.extend(velocity);
+            knots.frames.extend(row_by_row(frame.as_ref()));
+            knots.velocities.extend(velocity);
         }
-        (frames, velocities)
+        knots
     }
 }
 

@@ -9,7 +9,6 @@ use std::cell::Cell;
 use super::boundary::BoundaryStrategy;
 use super::descent_start::{DescentStart, LEGS, LONGEST_LEG};
 use super::guess::FlatData;
-use super::shooting::takes_response;
 use super::solution::Solution;
 use super::solver::{Reported, Solver};
 use super::work::of_products;
@@ -17,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
-use crate::shooting::{Descent, Layout, LeastCost, StartResponse, least_cost, products_of_step};
+use crate::shooting::{ChainKnots, Descent, Layout, LeastCost, least_cost, products_of_step};
 use crate::space::{Homogeneous, in_space};
 
 /// Norm of the gradient at which descents stop, in the time of a leg; a few Newton steps then remain. With 1e-6, problems
@@ -80,12 +79,8 @@ struct End {
     cost: f64,
     gradient: f64,
     is_at_rest: bool,
-    knots: Knots,
-    response: Option<StartResponse>,
+    knots: ChainKnots,
 }
-
-/// Frames of a chain, and velocities in the time of a leg.
-type Knots = (Vec<f64>, Vec<f64>);
 
 impl End {
     /// Sort key, smaller is better: converged descents by cost, then the others by gradient.
@@ -116,7 +111,7 @@ impl Solver<'_> {
         }
         if near.is_some() || !may_descend || self.has_few_steps() {
             let start = self.problem.flat_start(flat.as_ref());
-            if let Some(found) = self.by_shooting(&start, None)? {
+            if let Some(found) = self.by_shooting(&start)? {
                 return Ok(Some((found, self.report(BoundaryStrategy::Direct))));
             }
             if self.is_out_of_steps() {
@@ -152,7 +147,7 @@ impl Solver<'_> {
                 false => (MAX_STEPS, known, 0.0),
                 true => (LATER_STEPS, SLACK * known, reserve),
             };
-            let end = self.descend(curve.frames(), limits, TOLERANCE)?;
+            let end = self.descend(curve.chain_knots(), (limits, &ends), TOLERANCE)?;
             if matches!(start, Start::Rolling) {
                 is_unique = curve.is_unique();
                 has_rolled = end.as_ref().is_some_and(|end| end.is_at_rest);
@@ -171,8 +166,9 @@ impl Solver<'_> {
         let Ok(start) = DescentStart::along_flat(self.problem.kind(), ends, flat) else {
             return Ok(None);
         };
-        let knots = start.frames();
-        let end = self.descend(knots, (MAX_STEPS, f64::INFINITY, 0.0), TOLERANCE)?;
+        let knots = start.chain_knots();
+        let limits = (MAX_STEPS, f64::INFINITY, 0.0);
+        let end = self.descend(knots, (limits, &[]), TOLERANCE)?;
         self.polished(end.into_iter().collect())
     }
 
@@ -211,8 +207,7 @@ impl Solver<'_> {
         let mut solution = None;
         for mut end in ends {
             let is_at_rest = end.is_at_rest;
-            let response = end.response.take();
-            let found = match self.restarted(&end.y, response.as_ref())? {
+            let found = match self.restarted(&end.y)? {
                 None => self.found_finely(&mut end, reserve)?,
                 found => found,
             };
@@ -232,8 +227,8 @@ impl Solver<'_> {
         }
         let limits = (MAX_STEPS, f64::INFINITY, reserve);
         let knots = std::mem::take(&mut end.knots);
-        match self.descend(knots, limits, FINER)? {
-            Some(finer) => self.restarted(&finer.y, finer.response.as_ref()),
+        match self.descend(knots, (limits, &[]), FINER)? {
+            Some(finer) => self.restarted(&finer.y),
             None => Ok(None),
         }
     }
@@ -245,11 +240,12 @@ impl Solver<'_> {
         FEWEST_STEPS * of_products(products) <= self.map.left() - reserve
     }
 
-    /// The result of a descent; `None` if its cost would not be below `cost`, or if it would cut into `reserve`.
+    /// The result of a descent; `None` if its cost would not be below `below`, if it would repeat one of the others, or if
+    /// it would cut into `reserve`.
     fn descend(
         &mut self,
-        knots: Knots,
-        (max_iterations, below, reserve): (usize, f64, f64),
+        knots: ChainKnots,
+        ((max_iterations, below, reserve), others): ((usize, f64, f64), &[End]),
         tolerance: f64,
     ) -> Result<Option<End>> {
         if self.problem.unknowns() == 0 {
@@ -258,7 +254,7 @@ impl Solver<'_> {
         let (left, work) = (self.map.left() - reserve, Cell::new(0.0));
         let shape = self.problem.shape();
         let d = in_space!(shape, |space| space.dim());
-        let legs = knots.1.len() / d - 1;
+        let legs = knots.velocities.len() / d - 1;
         // The chain uses the time of a leg as its unit.
         let rate = legs as f64;
         if !self.may_descend(legs, reserve) {
@@ -276,19 +272,19 @@ impl Solver<'_> {
             may_go_on: &may_go_on,
             interrupt: self.options.interrupt,
         };
+        let at_rest = others.iter().filter(|end| end.is_at_rest);
+        let known: Vec<_> = at_rest.map(|end| &end.knots).collect();
         let descent = Descent {
             layout: Layout::between_ends(legs),
             tension: self.problem.target.tension / (rate * rate),
             below: 0.5 * below / rate.powi(3),
-            with_response: takes_response(self.problem.unknowns()),
+            known: &known,
         };
         let LeastCost {
             report,
             bends,
             cost,
-            frames,
-            velocities,
-            response,
+            knots,
         } = in_space!(shape, |space| least_cost::<Lanes, _>(
             space, knots, descent, &options
         ))?;
@@ -307,8 +303,7 @@ impl Solver<'_> {
             cost: 2.0 * rate.powi(3) * cost,
             gradient: report.residual,
             is_at_rest: report.converged,
-            knots: (frames, velocities),
-            response,
+            knots,
         }))
     }
 }

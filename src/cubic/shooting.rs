@@ -3,12 +3,7 @@
 //! The exact derivatives of the [equations](super::end_equations) come from the Taylor recurrence on [dual
 //! numbers](crate::linalg::dual). Problems with few unknowns use Newton's method. Larger ones use
 //! [Broyden's](super::broyden), which starts from one Jacobian of low order, or from the Jacobian of flat space if even
-//! one costs too much; if its steps fail, a Newton step is computed by GMRES from products with
-//! the derivative. At the end of a descent the chain itself provides the response of the start to a motion of the end,
-//! so Broyden's method needs no Jacobian there, which would take up to half of the time on St(10,3). Without both,
-//! with steps by GMRES alone, hard problems (distance up to 3, speeds up to 6) take on average
-//! 1.3 times as long on St(4,2) and 1.6 times on St(10,3); the longest of
-//! 100 on St(12,4) takes 3.4 s instead of 0.8 s.
+//! one costs too much; if its steps fail, a Newton step is computed by GMRES from products with the derivative.
 
 use faer::Mat;
 
@@ -22,7 +17,6 @@ use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
 use crate::linalg::dual::{Dual, jacobian};
 use crate::report::{SolverReport, StopReason};
-use crate::shooting::StartResponse;
 use crate::solve::gmres::Gmres;
 
 pub(super) const SOLVER: &str = "shooting for a Riemannian cubic";
@@ -73,16 +67,6 @@ const DUAL_WORK: f64 = 4.0;
 /// The same for a single direction.
 const SINGLE_WORK: f64 = 2.0;
 
-/// Integration accuracy of the first residuals at the start of a chain at rest: a descent leaves a residual of about
-/// this size.
-const RESPONSE_ACCURACY: f64 = 1e-9;
-
-/// Whether a problem with this many unknowns uses the response of a chain at rest: Newton's method is quicker if a
-/// Jacobian costs no more than a few residuals.
-pub(super) fn takes_response(unknowns: usize) -> bool {
-    unknowns > FEW
-}
-
 /// The boundary value problem for blocks of one size; a pass of dual numbers carries `N` directions.
 pub(super) struct Shooting<'a, B, const N: usize> {
     pub(super) blocks: B,
@@ -107,26 +91,21 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         }
     }
 
-    /// Damped Newton from `y = (x', x'')`, in place; if `y` is the start of a chain at rest, steps with the chain's
-    /// response come first.
+    /// Damped Newton from `y = (x', x'')`, in place.
     ///
     /// # Errors
     /// `Interrupted`, and an error if the start cannot be integrated.
     pub(super) fn solve(
         &mut self,
         y: &mut [f64],
-        response: Option<&StartResponse>,
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<SolverReport> {
-        let mut accuracy = Accuracy::of_tolerance(match response {
-            Some(_) => RESPONSE_ACCURACY,
-            None => ACCURACY_SHARE,
-        });
+        let mut accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
         let mut found = self.residual(y, accuracy)?;
         // Accuracy of the current residual.
         let mut known = accuracy;
-        let mut broyden = Broyden::new(response.map_or(Start::Flat, Start::Response));
+        let mut broyden = Broyden::new(Start::Flat);
         let (mut iterations, mut reached) = (0, tolerance);
         let reason = loop {
             if found.distance <= tolerance {
@@ -199,7 +178,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         y: &mut [f64],
         found: &Residual<f64>,
         accuracy: Accuracy,
-        broyden: &mut Broyden<'_>,
+        broyden: &mut Broyden,
     ) -> Result<Option<Residual<f64>>> {
         if matches!(broyden.start, Start::Flat) && y.len() <= DENSE {
             let (jacobian, _) = self.jacobian(y, Accuracy::of_tolerance(ROUGH))?;
@@ -218,9 +197,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             return Ok(None);
         }
         y.copy_from_slice(&trial);
-        // The response costs nothing more, so its steps continue as long as they help.
-        let has_response = matches!(broyden.start, Start::Response(_));
-        if y.len() <= DENSE && nearer.distance > SLOW * found.distance && !has_response {
+        if y.len() <= DENSE && nearer.distance > SLOW * found.distance {
             *broyden = Broyden::new(Start::Flat);
         }
         Ok(Some(nearer))

@@ -8,12 +8,14 @@
 //! # Source
 //! Nocedal, Wright (2006), "Numerical Optimization", 2nd ed., sec. 4.1, 10.3 (Levenberg-Marquardt steps).
 
+use super::chain_knots::ChainKnots;
 use super::free_chain::FreeChain;
 use super::place::{DAMPING, FARTHEST, LOWER, MET, MOST, RAISE};
 use crate::error::Result;
 use crate::legs::{Options, Progress};
 use crate::linalg::field::Field;
 use crate::report::StopReason;
+use crate::solve::block_cholesky::CholeskyFactor;
 use crate::space::Homogeneous;
 
 const SOLVER: &str = "descent of a chain of Riemannian cubics";
@@ -28,20 +30,29 @@ const WELL: f64 = 0.5;
 /// After a step without damping, at most this many times its decrease can remain.
 const LEFT: f64 = 4.0;
 
+/// A step is repeated with the same second derivative while it leaves at most this fraction of the gradient. With 0.1 and
+/// 0.5, 40 hard problems on St(6,3) take 1 % more instructions.
+const REPEATED: f64 = 0.25;
+
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
-    /// Takes steps until the gradient is below the tolerance, or until the cost clearly stays above a bound.
+    /// Takes steps until the gradient is below the tolerance, until the cost clearly stays above a bound, or until the
+    /// knots are near known ones.
     ///
     /// # Errors
     /// `Interrupted`.
     pub(super) fn descend(
         &mut self,
         progress: &mut Progress,
-        below: f64,
+        (below, known): (f64, &[&ChainKnots]),
         options: &Options<'_>,
     ) -> Result<StopReason> {
         let mut damping = 0.0;
         self.evaluate();
         loop {
+            let (space, knots) = (self.space, &self.state.knots);
+            if known.iter().any(|known| known.is_near(space, knots)) {
+                return Ok(StopReason::Stagnated);
+            }
             // In the first pass there are no linear equations yet, and the forces are those of the current legs.
             self.set_forces();
             if self.is_at_rest(progress, options) {
@@ -56,9 +67,15 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
             if self.is_at_rest(progress, options) {
                 return Ok(StopReason::Converged);
             }
-            match self.step_down(&mut damping, options)? {
-                Some(decrease) if !self.ends_above(below, damping, decrease) => (),
-                _ => return Ok(StopReason::Stagnated),
+            let rest = self.rest();
+            let Some((decrease, factor)) = self.step_down(&mut damping, options)? else {
+                return Ok(StopReason::Stagnated);
+            };
+            if self.ends_above(below, damping, decrease) {
+                return Ok(StopReason::Stagnated);
+            }
+            if let Some(factor) = factor.filter(|_| damping == 0.0) {
+                self.repeat(&factor, rest, progress, options)?;
             }
         }
     }
@@ -74,12 +91,51 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         damping == 0.0 && self.cost - LEFT * decrease > bound
     }
 
-    /// Takes a step that reduces the cost, along a valley or with increasing damping, and returns its predicted
-    /// decrease; `None` if there is no such step, or if the work limit is reached.
+    /// Repeats steps with the factor of a step from where `rest` was left, as long as each of them leaves a small
+    /// fraction.
     ///
     /// # Errors
     /// `Interrupted`.
-    fn step_down(&mut self, damping: &mut f64, options: &Options<'_>) -> Result<Option<f64>> {
+    fn repeat(
+        &mut self,
+        factor: &CholeskyFactor,
+        mut rest: f64,
+        progress: &mut Progress,
+        options: &Options<'_>,
+    ) -> Result<()> {
+        self.set_forces();
+        while self.rest() <= REPEATED * rest
+            && !self.is_at_rest(progress, options)
+            && (options.may_go_on)(self.products_of_trial())
+        {
+            options.interrupt.check(SOLVER)?;
+            rest = self.rest();
+            let state = self.state.clone();
+            let gradient = self.gradient();
+            let mut change: Vec<f64> = gradient.iter().map(|g| -g).collect();
+            factor.solve(&mut change);
+            let slope: f64 = gradient.iter().zip(&change).map(|(g, s)| g * s).sum();
+            self.try_step(&change, -0.5 * slope);
+            self.set_forces();
+            let left = self.rest();
+            if left.is_nan() || left > rest {
+                self.return_to(state);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a step that reduces the cost, along a valley or with increasing damping, and returns its predicted
+    /// decrease, and its factor if it is not along a valley; `None` if there is no such step, or if the work limit is
+    /// reached.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    fn step_down(
+        &mut self,
+        damping: &mut f64,
+        options: &Options<'_>,
+    ) -> Result<Option<(f64, Option<CholeskyFactor>)>> {
         let (before, first) = (self.place(), *damping);
         while *damping <= MOST {
             options.interrupt.check(SOLVER)?;
@@ -87,19 +143,19 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
                 return Ok(None);
             }
             if let Some(step) = before.step(*damping, FARTHEST) {
-                self.try_step(&step);
+                self.try_step(&step.change, step.decrease);
                 if self.is_lower(&before, step.decrease, *damping) {
                     if self.share(&before, step.decrease) > WELL && *damping <= first {
                         *damping = lowered(*damping);
                     }
-                    return Ok(Some(step.decrease));
+                    return Ok(Some((step.decrease, Some(step.factor))));
                 }
                 self.restore(&before);
             }
             if *damping == 0.0
                 && let Some(decrease) = self.leap(&before, options)?
             {
-                return Ok(Some(decrease));
+                return Ok(Some((decrease, None)));
             }
             *damping = (RAISE * *damping).max(DAMPING);
         }

@@ -1,13 +1,14 @@
 //! The cost as a function of the knots: derivatives compared with differences, and results of descents.
 
+use super::chain_knots::ChainKnots;
 use super::free_chain::FreeChain;
 use super::layout::{Held, Layout};
 use crate::interrupt::Interrupt;
 use crate::legs::{Options, Progress};
-use crate::linalg::field::Field;
+use crate::linalg::field::{Field, multiply};
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
-use crate::space::{ComplexSpace, FixedFrames, Frames, Homogeneous, Quotient};
+use crate::space::{ComplexSpace, FixedFrames, Frames, Homogeneous, Quotient, orthonormalise};
 
 const LEGS: usize = 5;
 
@@ -80,7 +81,8 @@ fn chain<'a, T: Field, S: Homogeneous>(
         frames.copy_within(..r * r, LEGS * r * r);
         velocities.copy_within(..d, LEGS * d);
     }
-    FreeChain::new(space, (frames, velocities), layout, tension, room)
+    let knots = ChainKnots { frames, velocities };
+    FreeChain::new(space, knots, layout, tension, room)
 }
 
 /// Corrects legs until they meet their ends to round-off.
@@ -169,6 +171,13 @@ fn check_derivatives_of<T: Field, S: Homogeneous>(space: S, layout: Layout, tens
 }
 
 fn descend<T: Field, S: Homogeneous>(chain: &mut FreeChain<'_, T, S>) -> StopReason {
+    descend_beside(chain, &[])
+}
+
+fn descend_beside<T: Field, S: Homogeneous>(
+    chain: &mut FreeChain<'_, T, S>,
+    known: &[&ChainKnots],
+) -> StopReason {
     let options = Options {
         third_derivative: None,
         tolerance: 1e-12,
@@ -177,7 +186,7 @@ fn descend<T: Field, S: Homogeneous>(chain: &mut FreeChain<'_, T, S>) -> StopRea
         interrupt: Interrupt::NEVER,
     };
     chain
-        .descend(&mut Progress::new(1e-12), f64::INFINITY, &options)
+        .descend(&mut Progress::new(1e-12), (f64::INFINITY, known), &options)
         .expect("nobody interrupts")
 }
 
@@ -233,4 +242,100 @@ fn the_last_lanes_of_a_group_count_once() {
             assert!((a - b).abs() < 1e-9 * cost.abs().sqrt(), "{a} {b}");
         }
     }
+}
+
+/// Turns the frame of a knot by an element of `H`.
+fn turned(space: impl Homogeneous, knots: &ChainKnots, knot: usize) -> ChainKnots {
+    let (d, r) = (space.dim(), space.size());
+    let mut knots = knots.clone();
+    let frame = &mut knots.frames[knot * r * r..][..r * r];
+    let mut q = vec![0.0; r * r];
+    space.isotropy_part_into(frame, &mut q);
+    if space.isotropy_dim() > 0 {
+        // The part of a distant frame is far from orthogonal.
+        for _ in 0..4 {
+            orthonormalise(r, &mut q, &mut vec![0.0; 2 * r * r]);
+        }
+    }
+    let before = frame.to_vec();
+    multiply(r, &before, &q, frame);
+    let velocity = &mut knots.velocities[knot * d..][..d];
+    let before = velocity.to_vec();
+    space.turn_back_into(&q, &before, velocity);
+    knots
+}
+
+fn check_nearness<S: Homogeneous>(space: S) {
+    let (d, r) = (space.dim(), space.size());
+    let mut room = room::<f64, _>(space);
+    let chain = chain::<f64, _>(space, Layout::between_ends(LEGS), 0.0, &mut room);
+    let knots = &chain.state.knots;
+    // The frame of a point is not unique.
+    let [largest, energy] = knots.difference(space, &turned(space, knots, 2));
+    assert!(largest < 1e-13 && energy < 1e-24, "{largest:e} {energy:e}");
+    for size in [1e-3, 0.3, 0.45, 0.55, 1.0] {
+        let mut moved = knots.clone();
+        let mut p = vec![0.0; d];
+        p[d - 1] = size;
+        super::free_chain::move_frame(space, &mut moved.frames[2 * r * r..][..r * r], &p);
+        assert_eq!(knots.is_near(space, &moved), size < 0.5);
+        if size > 0.5 {
+            continue;
+        }
+        let [largest, energy] = knots.difference(space, &turned(space, &moved, 2));
+        let sine = size.sin();
+        assert!((largest - sine).abs() < 1e-12, "{largest} {sine}");
+        // Of two beams that meet in the knot.
+        assert!(
+            (energy / (12.0 * sine * sine) - 1.0).abs() < 1e-11,
+            "{energy}"
+        );
+        let mut faster = knots.clone();
+        faster.velocities[3 * d - 1] += size;
+        let [largest, energy] = knots.difference(space, &faster);
+        assert!((largest - size).abs() < 1e-12, "{largest}");
+        assert!(
+            (energy / (4.0 * size * size) - 1.0).abs() < 1e-11,
+            "{energy}"
+        );
+    }
+    // Three knots move by less than half a radian, in turns: stiff.
+    let mut bent = knots.clone();
+    for (knot, size) in [(1, 0.4), (2, -0.4), (3, 0.4)] {
+        let mut p = vec![0.0; d];
+        p[0] = size;
+        super::free_chain::move_frame(space, &mut bent.frames[knot * r * r..][..r * r], &p);
+    }
+    assert!(!knots.is_near(space, &bent));
+    // Another number of legs.
+    bent.velocities.truncate(LEGS * d);
+    assert!(!knots.is_near(space, &bent));
+}
+
+#[test]
+fn chains_are_near_if_points_and_velocities_are() {
+    check_nearness(FixedFrames::<3, 1>);
+    check_nearness(FixedFrames::<3, 2>);
+    check_nearness(Frames { r: 5, k: 2 });
+    check_nearness(Frames { r: 4, k: 4 });
+    let complex = ComplexSpace {
+        r: 6,
+        k: 4,
+        quotient: Quotient::Frames,
+    };
+    check_nearness(complex);
+}
+
+#[test]
+fn a_descent_stops_near_a_known_end() {
+    let space = Frames { r: 5, k: 2 };
+    let rooms = [(); 2].map(|()| room::<f64, _>(space));
+    let [mut first, mut second] = rooms;
+    let mut first = chain::<f64, _>(space, Layout::between_ends(LEGS), 0.0, &mut first);
+    assert_eq!(descend(&mut first), StopReason::Converged);
+    let mut second = chain::<f64, _>(space, Layout::between_ends(LEGS), 0.0, &mut second);
+    let known = &first.state.knots;
+    assert!(!known.is_near(space, &second.state.knots));
+    assert_eq!(descend_beside(&mut second, &[known]), StopReason::Stagnated);
+    assert!(known.is_near(space, &second.state.knots));
 }

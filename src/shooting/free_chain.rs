@@ -1,5 +1,6 @@
 //! A chain of legs with free knots: the curve of least cost for given conditions on the knots.
 
+use super::chain_knots::ChainKnots;
 use super::layout::{Held, Layout};
 use super::leg::{Leg, Scratch};
 use super::orders::{MOST, Orders};
@@ -12,13 +13,10 @@ use crate::linalg::field::{
 use crate::linalg::simd::{each, vectorised};
 use crate::space::{Homogeneous, orthonormalise};
 
-/// Frames and velocities at the knots, and the middles of the legs.
+/// The knots, and the middles of the legs.
 #[derive(Clone)]
 pub(super) struct State<T> {
-    /// Shape `(r, r)` each, in row-major order.
-    pub(super) frames: Vec<f64>,
-    /// Per unit of time.
-    pub(super) velocities: Vec<f64>,
+    pub(super) knots: ChainKnots,
     middles: Vec<T>,
 }
 
@@ -78,10 +76,10 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         legs.div_ceil(T::COUNT) * Leg::<T>::len(space)
     }
 
-    /// Built from frames and velocities at the knots, for curves with a tension.
+    /// Built from the knots, for curves with a tension.
     pub(super) fn new(
         space: S,
-        (frames, velocities): (Vec<f64>, Vec<f64>),
+        knots: ChainKnots,
         layout: Layout,
         tension: f64,
         room: &'a mut [T],
@@ -93,8 +91,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
             space,
             layout,
             state: State {
-                frames,
-                velocities,
+                knots,
                 middles: vec![T::ZERO; groups * 3 * d],
             },
             groups: (0..groups)
@@ -162,7 +159,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         for group in 0..self.groups.len() {
             for lane in 0..T::COUNT {
                 let i = self.leg_in(group, lane);
-                let frames = &self.state.frames[i * square..];
+                let frames = &self.state.knots.frames[i * square..];
                 transposed_multiply(
                     r,
                     &frames[..square],
@@ -173,7 +170,10 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
                 for (to, x) in leg.target.iter_mut().zip(&target) {
                     to.set_lane(lane, *x);
                 }
-                let (h, velocities) = (self.layout.lengths[i], &self.state.velocities[i * d..]);
+                let (h, velocities) = (
+                    self.layout.lengths[i],
+                    &self.state.knots.velocities[i * d..],
+                );
                 for p in 0..d {
                     leg.velocity[p].set_lane(lane, h * velocities[p]);
                     leg.last_velocity[p].set_lane(lane, h * velocities[d + p]);
@@ -244,7 +244,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
             group.cost.lane(leg % T::COUNT) * h.powi(-3)
         });
         self.own_cost = costs.sum();
-        self.cost = self.own_cost + self.layout.pull(&self.state.velocities);
+        self.cost = self.own_cost + self.layout.pull(&self.state.knots.velocities);
     }
 
     /// `x'` and `x''` at the start of a leg, per unit of time.
@@ -352,18 +352,18 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         for (block, step) in step.chunks_exact(2 * d).enumerate() {
             let knot = self.layout.knot(block);
             let (p, v) = step.split_at(d);
-            let velocity = &mut self.state.velocities[knot * d..][..d];
+            let velocity = &mut self.state.knots.velocities[knot * d..][..d];
             for (velocity, v) in velocity.iter_mut().zip(v) {
                 *velocity += v;
             }
             if self.layout.held[knot] == Held::Nothing {
-                let frame = &mut self.state.frames[knot * square..][..square];
+                let frame = &mut self.state.knots.frames[knot * square..][..square];
                 move_frame(self.space, frame, p);
             }
         }
         if self.layout.is_closed {
             let last = self.layout.legs() * d;
-            self.state.velocities.copy_within(..d, last);
+            self.state.knots.velocities.copy_within(..d, last);
         }
         self.set_knots();
     }

@@ -22,6 +22,7 @@
 
 mod brackets;
 mod chain;
+mod chain_knots;
 mod condensed_leg;
 mod descent;
 mod free_chain;
@@ -43,7 +44,6 @@ mod second_derivative;
 mod series;
 mod solve;
 mod solved;
-mod start_response;
 mod stiffness;
 mod valley;
 mod variation;
@@ -53,10 +53,10 @@ mod descent_tests;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use chain_knots::ChainKnots;
 pub(crate) use free_chain::products_of_step;
 pub(crate) use layout::{Held, Layout};
 pub(crate) use linear_curve::{LinearCurve, Part};
 pub(crate) use linearise::{DENSE, linearise, linearise_all};
 pub(crate) use lone_leg::{EndData, LoneLeg, lone_leg, lone_legs};
 pub(crate) use solve::{Descent, LeastCost, least_cost, solve};
-pub(crate) use start_response::StartResponse;

@@ -7,7 +7,7 @@ use crate::solve::block_cholesky::SymmetricBlocks;
 use crate::space::Homogeneous;
 
 /// Second derivative of the cost of a cubic of flat space with respect to `(p_0, v_0, p_1, v_1)`.
-const BEAM: [[f64; 4]; 4] = [
+pub(super) const BEAM: [[f64; 4]; 4] = [
     [12.0, 6.0, -12.0, 6.0],
     [6.0, 4.0, -6.0, 2.0],
     [-12.0, -6.0, 12.0, -6.0],

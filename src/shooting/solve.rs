@@ -2,11 +2,11 @@
 //! series, then with as many terms as the curves need.
 
 use super::chain::{Chain, Group};
+use super::chain_knots::ChainKnots;
 use super::free_chain::FreeChain;
 use super::layout::Layout;
 use super::orders::{MOST, Orders};
 use super::solved::Solved;
-use super::start_response::StartResponse;
 use crate::error::Result;
 use crate::legs::{Curves, Knots, Options, Progress};
 use crate::linalg::field::{Field, larger};
@@ -58,33 +58,29 @@ pub(crate) struct LeastCost {
     pub(crate) bends: Vec<f64>,
     /// `int |x'|^2 + tau |x|^2 dt / 2`, plus the contribution of accelerations at the ends.
     pub(crate) cost: f64,
-    /// Frames at the knots, in the form in which they are given.
-    pub(crate) frames: Vec<f64>,
-    pub(crate) velocities: Vec<f64>,
-    /// The response where the descent has come to rest, if requested.
-    pub(crate) response: Option<StartResponse>,
+    /// Frames and velocities at the knots.
+    pub(crate) knots: ChainKnots,
 }
 
 /// Options of a descent.
-pub(crate) struct Descent {
+pub(crate) struct Descent<'a> {
     pub(crate) layout: Layout,
     /// Tension of the curves.
     pub(crate) tension: f64,
     /// The descent may stop if it would end at a higher cost.
     pub(crate) below: f64,
-    /// Whether the response of the start to the end is requested, for a chain with free inner knots.
-    pub(crate) with_response: bool,
+    /// Ends of other descents, of legs of unit duration; the descent may stop if it comes near one of them.
+    pub(crate) known: &'a [&'a ChainKnots],
 }
 
-/// The curve of least cost that a descent reaches from frames, shape `(r, r)` in row-major order, and velocities, per
-/// unit of time, at consecutive knots.
+/// The curve of least cost that a descent reaches from frames and velocities at consecutive knots, per unit of time.
 ///
 /// # Errors
 /// `Interrupted`.
 pub(crate) fn least_cost<T, S>(
     space: S,
-    knots: (Vec<f64>, Vec<f64>),
-    descent: Descent,
+    knots: ChainKnots,
+    descent: Descent<'_>,
     options: &Options<'_>,
 ) -> Result<LeastCost>
 where
@@ -100,15 +96,11 @@ where
         false => chain.set_tolerance(options.tolerance),
     }
     let mut progress = Progress::new(options.tolerance);
-    let reason = chain.descend(&mut progress, descent.below, options)?;
-    let is_wanted = descent.with_response && reason == StopReason::Converged;
-    let response = is_wanted.then(|| StartResponse::of(&chain)).flatten();
+    let reason = chain.descend(&mut progress, (descent.below, descent.known), options)?;
     Ok(LeastCost {
         report: progress.report(reason),
         bends: (0..legs).flat_map(|leg| chain.bends(leg)).collect(),
         cost: chain.cost,
-        frames: chain.state.frames,
-        velocities: chain.state.velocities,
-        response,
+        knots: chain.state.knots,
     })
 }

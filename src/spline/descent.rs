@@ -19,7 +19,7 @@ use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::linalg::structure::row_by_row;
 use crate::manifold::grassmann::joining::alignment;
-use crate::shooting::{Descent, Held, Layout, LeastCost, least_cost, products_of_step};
+use crate::shooting::{ChainKnots, Descent, Held, Layout, LeastCost, least_cost, products_of_step};
 use crate::space::{Quotient, in_space};
 
 /// Norm of the gradient at which descents stop, in the time of a leg.
@@ -139,9 +139,9 @@ fn descend(chain: &Framed<'_>, start: FreeKnots, effort: Effort<'_>) -> Result<L
         layout: start.layout,
         tension: chain.tension(),
         below: f64::INFINITY,
-        with_response: false,
+        known: &[],
     };
-    let knots = (start.frames, start.velocities);
+    let knots = start.knots;
     in_space!(chain.shape(), |space| least_cost::<Lanes, _>(
         space, knots, descent, &options
     ))
@@ -149,8 +149,7 @@ fn descend(chain: &Framed<'_>, start: FreeKnots, effort: Effort<'_>) -> Result<L
 
 /// A chain whose legs subdivide those of another one.
 struct FreeKnots {
-    frames: Vec<f64>,
-    velocities: Vec<f64>,
+    knots: ChainKnots,
     layout: Layout,
     /// Indices of those knots that belong to the other chain.
     at: Vec<usize>,
@@ -170,8 +169,7 @@ impl FreeKnots {
         let (all, lengths) = (chain.frames(), chain.lengths());
         let last = lengths.len();
         let mut knots = FreeKnots {
-            frames: Vec::new(),
-            velocities: Vec::new(),
+            knots: ChainKnots::default(),
             layout: layout(ends),
             at: Vec::new(),
         };
@@ -214,8 +212,8 @@ impl FreeKnots {
         if held == Held::Point {
             self.at.push(self.layout.held.len());
         }
-        self.frames.extend(frame);
-        self.velocities.extend(velocity);
+        self.knots.frames.extend(frame);
+        self.knots.velocities.extend(velocity);
         self.layout.held.push(held);
     }
 }
@@ -276,7 +274,7 @@ fn motion(chain: &Framed<'_>, at: &[usize], found: &LeastCost) -> Motion {
     let d = chain.size();
     let mut motion = Motion::zeros(d, at.len());
     for (knot, at) in at.iter().enumerate() {
-        let velocity = &found.velocities[at * d..][..d];
+        let velocity = &found.knots.velocities[at * d..][..d];
         motion.velocity_mut(knot).copy_from_slice(velocity);
     }
     for (leg, h) in chain.lengths().iter().enumerate() {
