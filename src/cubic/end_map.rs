@@ -9,16 +9,19 @@ use super::shooting::Shooting;
 use super::taylor::Accuracy;
 use crate::error::Result;
 use crate::report::SolverReport;
+use crate::shooting::StartResponse;
 
 /// The interface of a boundary value problem for Newton's method and continuation.
 pub(super) trait EndMap {
     /// Replaces the boundary data.
     fn set_target(&mut self, target: &Target);
 
-    /// Damped Newton from `y`, in place.
+    /// Damped Newton from `y`, in place; if `y` is the start of a chain at rest, steps with the chain's response come
+    /// first.
     fn solve(
         &mut self,
         y: &mut [f64],
+        response: Option<&StartResponse>,
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<SolverReport>;
@@ -53,10 +56,11 @@ impl<B: Blocks, const N: usize> EndMap for Shooting<'_, B, N> {
     fn solve(
         &mut self,
         y: &mut [f64],
+        response: Option<&StartResponse>,
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<SolverReport> {
-        Shooting::solve(self, y, tolerance, max_iterations)
+        Shooting::solve(self, y, response, tolerance, max_iterations)
     }
 
     fn equations(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Vec<f64>, f64)> {

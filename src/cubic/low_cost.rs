@@ -9,6 +9,7 @@ use std::cell::Cell;
 use super::boundary::BoundaryStrategy;
 use super::descent_start::{DescentStart, LEGS, LONGEST_LEG};
 use super::guess::FlatData;
+use super::shooting::takes_response;
 use super::solution::Solution;
 use super::solver::{Reported, Solver};
 use super::work::of_products;
@@ -16,7 +17,9 @@ use crate::error::{Error, Result};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
-use crate::shooting::{ChainKnots, Descent, Layout, LeastCost, least_cost, products_of_step};
+use crate::shooting::{
+    ChainKnots, Descent, Layout, LeastCost, StartResponse, least_cost, products_of_step,
+};
 use crate::space::{Homogeneous, in_space};
 
 /// Norm of the gradient at which descents stop, in the time of a leg; a few Newton steps then remain. With 1e-6, problems
@@ -80,6 +83,7 @@ struct End {
     gradient: f64,
     is_at_rest: bool,
     knots: ChainKnots,
+    response: Option<StartResponse>,
 }
 
 impl End {
@@ -111,7 +115,7 @@ impl Solver<'_> {
         }
         if near.is_some() || !may_descend || self.has_few_steps() {
             let start = self.problem.flat_start(flat.as_ref());
-            if let Some(found) = self.by_shooting(&start)? {
+            if let Some(found) = self.by_shooting(&start, None)? {
                 return Ok(Some((found, self.report(BoundaryStrategy::Direct))));
             }
             if self.is_out_of_steps() {
@@ -207,7 +211,8 @@ impl Solver<'_> {
         let mut solution = None;
         for mut end in ends {
             let is_at_rest = end.is_at_rest;
-            let found = match self.restarted(&end.y)? {
+            let response = end.response.take();
+            let found = match self.restarted(&end.y, response.as_ref())? {
                 None => self.found_finely(&mut end, reserve)?,
                 found => found,
             };
@@ -228,7 +233,7 @@ impl Solver<'_> {
         let limits = (MAX_STEPS, f64::INFINITY, reserve);
         let knots = std::mem::take(&mut end.knots);
         match self.descend(knots, (limits, &[]), FINER)? {
-            Some(finer) => self.restarted(&finer.y),
+            Some(finer) => self.restarted(&finer.y, finer.response.as_ref()),
             None => Ok(None),
         }
     }
@@ -279,12 +284,14 @@ impl Solver<'_> {
             tension: self.problem.target.tension / (rate * rate),
             below: 0.5 * below / rate.powi(3),
             known: &known,
+            with_response: takes_response(self.problem.unknowns()),
         };
         let LeastCost {
             report,
             bends,
             cost,
             knots,
+            response,
         } = in_space!(shape, |space| least_cost::<Lanes, _>(
             space, knots, descent, &options
         ))?;
@@ -304,6 +311,7 @@ impl Solver<'_> {
             gradient: report.residual,
             is_at_rest: report.converged,
             knots,
+            response,
         }))
     }
 }

@@ -166,7 +166,7 @@ fn search(
     options: &SearchOptions<'_>,
     found: &mut Found<BoundaryReport>,
 ) -> Result<()> {
-    if let Some(solution) = solver.restarted(start)? {
+    if let Some(solution) = solver.restarted(start, None)? {
         found.add((solution.start, solver.report(BoundaryStrategy::Direct)));
     }
     if let Some((solution, report)) = solver.by_descents()? {

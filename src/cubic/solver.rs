@@ -14,6 +14,7 @@ use super::work::work_of_curve;
 use crate::collocation::Start;
 use crate::error::{Error, Result};
 use crate::report::{SolverReport, StopReason};
+use crate::shooting::StartResponse;
 use crate::solve::gmres::norm;
 
 /// Number of steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up
@@ -86,7 +87,7 @@ impl<'a> Solver<'a> {
 
     /// A solution near a start; `None` if all strategies fail.
     pub(super) fn near(&mut self, start: &[f64]) -> Result<Option<Reported>> {
-        if let Some(found) = self.restarted(start)? {
+        if let Some(found) = self.restarted(start, None)? {
             return Ok(Some((found, self.report(BoundaryStrategy::Direct))));
         }
         if self.is_out_of_steps() || self.has_met_round_off() {
@@ -144,30 +145,39 @@ impl<'a> Solver<'a> {
     }
 
     /// Newton from a start, in place, with more steps if it is converging.
-    fn persistent(&mut self, y: &mut [f64]) -> Result<bool> {
+    fn persistent(&mut self, y: &mut [f64], response: Option<&StartResponse>) -> Result<bool> {
         let most = self.options.max_iterations;
         let first = most.min(DIRECT_STEPS);
         self.starts += 1;
-        let report = self.newton(y, first)?;
+        let report = self.newton(y, response, first)?;
         let on_its_way = report.reason == StopReason::MaxIterations && report.residual < NEAR;
         if report.converged || first == most || !on_its_way {
             return Ok(report.converged);
         }
-        Ok(self.newton(y, most - first)?.converged)
+        Ok(self.newton(y, None, most - first)?.converged)
     }
 
-    /// The solution to which Newton's method leads from a start, at Gauss nodes or else by shooting. A curve that cannot be integrated is no solution.
-    pub(super) fn restarted(&mut self, start: &[f64]) -> Result<Option<Solution>> {
+    /// The solution to which Newton's method leads from a start, at Gauss nodes or else by shooting; the response of a
+    /// chain that ends there is used first. A curve that cannot be integrated is no solution.
+    pub(super) fn restarted(
+        &mut self,
+        start: &[f64],
+        response: Option<&StartResponse>,
+    ) -> Result<Option<Solution>> {
         if let Some(found) = self.at_nodes(start, Start::Curve)? {
             return Ok(Some(found));
         }
-        self.by_shooting(start)
+        self.by_shooting(start, response)
     }
 
     /// As [`Solver::restarted`], by shooting.
-    pub(super) fn by_shooting(&mut self, start: &[f64]) -> Result<Option<Solution>> {
+    pub(super) fn by_shooting(
+        &mut self,
+        start: &[f64],
+        response: Option<&StartResponse>,
+    ) -> Result<Option<Solution>> {
         let mut y = start.to_vec();
-        match self.persistent(&mut y) {
+        match self.persistent(&mut y, response) {
             Err(error @ Error::Interrupted { .. }) => Err(error),
             Err(_) | Ok(false) => Ok(None),
             Ok(true) => Ok(Some(Solution::of_start(y))),
@@ -188,7 +198,7 @@ impl<'a> Solver<'a> {
         self.map.count(work_of_curve(self.problem.blocks()));
         let distance = self.problem.distance(&path);
         if distance > self.tolerance {
-            return self.by_shooting(&start);
+            return self.by_shooting(&start, None);
         }
         self.set_nearest(distance, StopReason::Converged);
         Ok(Some(Solution::new(start, path)))
@@ -200,9 +210,16 @@ impl<'a> Solver<'a> {
     }
 
     /// Newton from `y` for the problem itself, in place.
-    pub(super) fn newton(&mut self, y: &mut [f64], max_iterations: usize) -> Result<SolverReport> {
+    pub(super) fn newton(
+        &mut self,
+        y: &mut [f64],
+        response: Option<&StartResponse>,
+        max_iterations: usize,
+    ) -> Result<SolverReport> {
         self.map.set_target(&self.problem.target);
-        let report = self.map.solve(y, self.tolerance, max_iterations)?;
+        let report = self
+            .map
+            .solve(y, response, self.tolerance, max_iterations)?;
         self.newton_steps += report.iterations;
         if report.converged || report.residual < self.nearest.0 {
             self.nearest = (report.residual, report.reason);
@@ -266,7 +283,7 @@ impl<'a> Solver<'a> {
         let outcome = tracer.run(from, |map, near| {
             map.set_target(target);
             let mut y = near.to_vec();
-            let report = match map.solve(&mut y, tolerance, most) {
+            let report = match map.solve(&mut y, None, tolerance, most) {
                 Ok(report) => report,
                 Err(error @ Error::Interrupted { .. }) => return Err(error),
                 Err(_) => return Ok(Next::Refine),
