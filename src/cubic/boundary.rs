@@ -162,7 +162,8 @@ impl BoundaryStrategy {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundaryReport {
-    /// Report on the whole solution: its iterations count every Newton step, including corrections of continuations.
+    /// Report on the whole solution: its iterations count every Newton step, including corrections of continuations, but not
+    /// the steps of descents that repeat the second derivative of the step before.
     pub solver: SolverReport,
     /// The strategy that found the solution; if none did, the last one tried.
     pub strategy: BoundaryStrategy,
