@@ -162,8 +162,7 @@ impl BoundaryStrategy {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundaryReport {
-    /// Report on the whole solution: its iterations count every Newton step, including corrections of continuations, but not
-    /// the steps of descents that repeat the second derivative of the step before.
+    /// Report on the whole solution: its iterations count every Newton step, including corrections of continuations.
     pub solver: SolverReport,
     /// The strategy that found the solution; if none did, the last one tried.
     pub strategy: BoundaryStrategy,

@@ -3,7 +3,7 @@
 use super::free_chain::{FreeChain, State};
 use super::layout::Layout;
 use crate::linalg::field::Field;
-use crate::solve::block_cholesky::{CholeskyFactor, SymmetricBlocks};
+use crate::solve::block_cholesky::SymmetricBlocks;
 use crate::space::Homogeneous;
 
 /// The first damping, its factors after a failed step and after one that succeeds at once, and the largest damping.
@@ -44,11 +44,10 @@ pub(super) struct Place<T> {
     flat: SymmetricBlocks,
 }
 
-/// A change of the knots, the predicted decrease of the cost, and the factor of the damped second derivative.
+/// A change of the knots, and the predicted decrease of the cost.
 pub(super) struct Step {
     pub(super) change: Vec<f64>,
     pub(super) decrease: f64,
-    pub(super) factor: CholeskyFactor,
 }
 
 impl<T> Place<T> {
@@ -60,11 +59,7 @@ impl<T> Place<T> {
         let slope: f64 = self.gradient.iter().zip(&change).map(|(g, s)| g * s).sum();
         let decrease = -slope - 0.5 * self.exact.form(&change);
         let size = self.layout.largest_change(&change);
-        (size <= farthest).then_some(Step {
-            change,
-            decrease,
-            factor,
-        })
+        (size <= farthest).then_some(Step { change, decrease })
     }
 }
 
@@ -85,12 +80,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
 
     /// Returns to a place; the linear equations are not restored.
     pub(super) fn restore(&mut self, place: &Place<T>) {
-        self.return_to(place.state.clone());
-    }
-
-    /// Returns to a state; the linear equations are not restored.
-    pub(super) fn return_to(&mut self, state: State<T>) {
-        self.state = state;
+        self.state = place.state.clone();
         self.set_knots();
         self.evaluate();
         self.set_forces();
@@ -102,10 +92,10 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     }
 
     /// Moves the knots, and corrects the legs as accurately as the comparison of costs requires.
-    pub(super) fn try_step(&mut self, change: &[f64], decrease: f64) {
-        self.follow(change);
+    pub(super) fn try_step(&mut self, step: &Step) {
+        self.follow(&step.change);
         self.evaluate();
-        self.meet_ends((MET_SHARE * decrease).sqrt());
+        self.meet_ends((MET_SHARE * step.decrease).sqrt());
     }
 
     /// Corrects the legs until they meet the knots.
