@@ -50,6 +50,11 @@ mod velocities;
 
 use prelude::*;
 
+/// Memory that a call frees stays for the next call: glibc returns it to the system, which clears it page by page.
+/// `docs/development/measurements.md`, "Memory of the module", has the times of both.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Compiled part of `stiefel_rs`.
 #[pymodule(gil_used = false)]
 pub mod _core {
