@@ -21,6 +21,7 @@ pub mod jet;
 pub(crate) mod jet_exp;
 pub(crate) mod lane_jet;
 pub(crate) mod lane_matrix;
+pub(crate) mod lane_square;
 pub(crate) mod lanes;
 pub mod lyapunov;
 pub(crate) mod one_sided_jacobi;

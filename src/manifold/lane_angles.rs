@@ -5,40 +5,62 @@
 //! in `t^2 Y`, evaluated in the eigenbasis of the constant term: there all products with it are elementwise.
 
 use super::lane_margin::TINY;
-use super::quasi_geodesic_jet::{Parity, series_terms};
+use super::quasi_geodesic_jet::series_terms;
 use crate::linalg::lane_jet::SpectralJet;
-use crate::linalg::lane_matrix::LaneMatrix;
+use crate::linalg::lane_square::LaneSquare;
 use crate::linalg::lanes::Lanes;
 
 /// Angle below which `sin(x) / x` is its series of two terms.
 const SMALL: f64 = 1e-4;
 
-/// Buffers for matrices of one size.
-pub(super) struct LaneAngles {
-    angles: Vec<Lanes>,
-    /// The inverse of the divided differences of `cos sqrt(Y)`.
-    inverse_difference: LaneMatrix,
-    squared: SpectralJet,
-    argument: SpectralJet,
-    work: SpectralJet,
-    sine: SpectralJet,
-    inverse: SpectralJet,
-    /// `cos(t Theta)`.
-    pub(super) cosine: SpectralJet,
-    /// `sin(t Theta) / sin(Theta)`.
-    pub(super) ratio: SpectralJet,
+/// Coefficients of `cos sqrt(W)` and of `sin sqrt(W) / sqrt(W)`.
+const EVEN: [f64; MOST_TERMS + 1] = coefficients(0);
+const ODD: [f64; MOST_TERMS + 1] = coefficients(1);
+
+/// Largest number of terms; 17 are needed for an angle of pi.
+const MOST_TERMS: usize = 20;
+
+const fn coefficients(offset: usize) -> [f64; MOST_TERMS + 1] {
+    let mut out = [1.0; MOST_TERMS + 1];
+    let mut j = 1;
+    while j <= MOST_TERMS {
+        out[j] = -out[j - 1] / ((2 * j + offset - 1) * (2 * j + offset)) as f64;
+        j += 1;
+    }
+    out
 }
 
-impl LaneAngles {
+/// Buffers for matrices of one size.
+pub(super) struct LaneAngles<M: LaneSquare> {
+    angles: M::Diagonal,
+    /// The inverse of the divided differences of `cos sqrt(Y)`.
+    inverse_difference: M,
+    squared: SpectralJet<M>,
+    argument: SpectralJet<M>,
+    sine: SpectralJet<M>,
+    work: M,
+    /// `sin(Theta) / Theta`.
+    own: SpectralJet<M>,
+    scaled: SpectralJet<M>,
+    inverse: SpectralJet<M>,
+    /// `cos(t Theta)`.
+    pub(super) cosine: SpectralJet<M>,
+    /// `sin(t Theta) / sin(Theta)`.
+    pub(super) ratio: SpectralJet<M>,
+}
+
+impl<M: LaneSquare> LaneAngles<M> {
     pub(super) fn new(k: usize) -> Self {
         let jet = || SpectralJet::zeros(k);
         LaneAngles {
-            angles: vec![Lanes::ZERO; k],
-            inverse_difference: LaneMatrix::zeros(k, k),
+            angles: M::zero_diagonal(k),
+            inverse_difference: M::zeros(k),
             squared: jet(),
             argument: jet(),
-            work: jet(),
             sine: jet(),
+            work: M::zeros(k),
+            own: jet(),
+            scaled: jet(),
             inverse: jet(),
             cosine: jet(),
             ratio: jet(),
@@ -47,30 +69,32 @@ impl LaneAngles {
 
     /// Computes both functions of `x` at `t + tau`, `|t| <= 1`, for orders of at least 1.
     #[inline(always)]
-    pub(super) fn compute(&mut self, x: &SpectralJet, t: Lanes, order: usize) {
+    pub(super) fn compute(&mut self, x: &SpectralJet<M>, t: Lanes, order: usize) {
         let terms = self.square_angles(x, order);
-        let (argument, work) = (&mut self.argument, &mut self.work);
+        let (argument, sine, work) = (&mut self.argument, &mut self.sine, &mut self.work);
         argument.set_scaled([t * t, t * 2.0, Lanes::ONE], &self.squared, order);
-        series(&mut self.cosine, argument, work, Parity::Even, terms, order);
-        series(&mut self.sine, argument, work, Parity::Odd, terms, order);
+        // All three series in one loop: the steps of one of them wait for each other.
+        let (cosine, own) = (&mut self.cosine, &mut self.own);
+        let [even, odd] = [EVEN[terms], ODD[terms]];
+        cosine.set_constant(even, order);
+        sine.set_constant(odd, order);
+        own.set_constant(odd, order);
+        for j in (0..terms).rev() {
+            cosine.horner_step(argument, EVEN[j], work, order);
+            sine.horner_step(argument, ODD[j], work, order);
+            own.horner_step(&self.squared, ODD[j], work, order);
+        }
         // (t + tau) sin(t Theta) / (t Theta).
-        work.set_scaled([t, Lanes::ONE, Lanes::ZERO], &self.sine, order);
-        series(
-            &mut self.sine,
-            &self.squared,
-            argument,
-            Parity::Odd,
-            terms,
-            order,
-        );
-        self.inverse.set_inverse(&self.sine, order);
-        self.ratio.set_product(1.0, work, &self.inverse, order);
+        self.scaled
+            .set_scaled([t, Lanes::ONE, Lanes::ZERO], sine, order);
+        self.inverse.set_inverse(own, order);
+        self.ratio.set_product(&self.scaled, &self.inverse, order);
     }
 
     /// Computes `Y`; returns the number of terms of the series.
     #[inline(always)]
-    fn square_angles(&mut self, x: &SpectralJet, order: usize) -> usize {
-        let k = self.angles.len();
+    fn square_angles(&mut self, x: &SpectralJet<M>, order: usize) -> usize {
+        let k = self.work.size();
         let mut largest = 0.0_f64;
         for i in 0..k {
             let cosine = x.diagonal[i];
@@ -86,7 +110,10 @@ impl LaneAngles {
         for l in 0..k {
             for i in 0..=l {
                 let (a, b) = (self.angles[i], self.angles[l]);
-                let slope = sinc((a + b) * half) * sinc((a - b) * half);
+                let slope = match i == l {
+                    true => sinc(a),
+                    false => sinc((a + b) * half) * sinc((a - b) * half),
+                };
                 let inverse = Lanes::splat(-2.0) / slope;
                 self.inverse_difference.set(i, l, inverse);
                 self.inverse_difference.set(l, i, inverse);
@@ -97,14 +124,11 @@ impl LaneAngles {
             // The cosine of what is known of Y; its part of order 1 is zero.
             self.squared.order_mut(j).fill_zero();
             if j > 1 {
-                series(
-                    &mut self.cosine,
-                    &self.squared,
-                    &mut self.work,
-                    Parity::Even,
-                    terms,
-                    j,
-                );
+                self.cosine.set_constant(EVEN[terms], j);
+                for i in (0..terms).rev() {
+                    let (squared, work) = (&self.squared, &mut self.work);
+                    self.cosine.horner_step(squared, EVEN[i], work, j);
+                }
             }
             let known = (j > 1).then(|| self.cosine.order(j));
             let out = self.squared.order_mut(j);
@@ -119,87 +143,6 @@ impl LaneAngles {
             }
         }
         terms
-    }
-}
-
-/// `cos sqrt(W)` or `sin sqrt(W) / sqrt(W)`, by Horner's rule; one and two columns stay in registers.
-#[inline(always)]
-fn series(
-    target: &mut SpectralJet,
-    argument: &SpectralJet,
-    work: &mut SpectralJet,
-    parity: Parity,
-    terms: usize,
-    order: usize,
-) {
-    let offset = match parity {
-        Parity::Even => 0,
-        Parity::Odd => 1,
-    };
-    let factors = (1..=terms)
-        .rev()
-        .map(|j| -1.0 / ((2 * j + offset - 1) * (2 * j + offset)) as f64);
-    match (target.diagonal.len(), order) {
-        (1, 1) => small_series::<1, 1>(target, argument, factors),
-        (1, 2) => small_series::<1, 2>(target, argument, factors),
-        (1, _) => small_series::<1, 3>(target, argument, factors),
-        (2, 1) => small_series::<2, 1>(target, argument, factors),
-        (2, 2) => small_series::<2, 2>(target, argument, factors),
-        (2, _) => small_series::<2, 3>(target, argument, factors),
-        _ => {
-            target.set_identity(order);
-            for factor in factors {
-                work.set_product(factor, target, argument, order);
-                work.add_identity();
-                std::mem::swap(work, target);
-            }
-        }
-    }
-}
-
-/// The same for `K` columns and orders up to `N`.
-#[inline(always)]
-fn small_series<const K: usize, const N: usize>(
-    target: &mut SpectralJet,
-    argument: &SpectralJet,
-    factors: impl Iterator<Item = f64>,
-) {
-    let mut w = [[[Lanes::ZERO; K]; K]; N];
-    for n in 0..N {
-        for l in 0..K {
-            for i in 0..K {
-                w[n][l][i] = argument.order(n + 1).at(i, l);
-            }
-        }
-    }
-    let diagonal: [Lanes; K] = std::array::from_fn(|i| argument.diagonal[i]);
-    let (mut first, mut sum) = ([Lanes::ONE; K], [[[Lanes::ZERO; K]; K]; N]);
-    for factor in factors {
-        // Highest order first, since it needs the lower ones as they were.
-        for n in (0..N).rev() {
-            for l in 0..K {
-                for i in 0..K {
-                    let mut entry = first[i] * w[n][l][i] + sum[n][l][i] * diagonal[l];
-                    for m in 0..n {
-                        for h in 0..K {
-                            entry += sum[m][h][i] * w[n - m - 1][l][h];
-                        }
-                    }
-                    sum[n][l][i] = entry * factor;
-                }
-            }
-        }
-        for i in 0..K {
-            first[i] = first[i] * diagonal[i] * factor + Lanes::ONE;
-        }
-    }
-    target.diagonal.copy_from_slice(&first);
-    for n in 0..N {
-        for l in 0..K {
-            for i in 0..K {
-                target.order_mut(n + 1).set(i, l, sum[n][l][i]);
-            }
-        }
     }
 }
 

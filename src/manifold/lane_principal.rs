@@ -10,7 +10,7 @@ use crate::linalg::lanes::{LANES, Lanes, Mask};
 const SMALL_COSINE: f64 = 0.02;
 
 /// `S0^T S1 = U diag(c) Z^T` with `det(U Z^T) = 1`; the smallest cosine is negative if the determinant is.
-pub(super) struct LanePrincipal {
+pub(crate) struct LanePrincipal {
     /// `S0^T S1`, to be set by the caller.
     pub(super) gram: LaneMatrix,
     pub(super) u: LaneMatrix,
@@ -55,37 +55,51 @@ impl LanePrincipal {
         margin.see(Lanes::ONE + cosine, low);
     }
 
-    /// The direction of the shorter column of `M Z` is the normal of the other one.
+    /// In closed form: `M` is `q` times a rotation by `a`, plus `r` times a reflection at half the angle `b`, so its singular
+    /// values are `q + r` and `q - r`, and its principal vectors have the angles `(b + a) / 2` and `(b - a) / 2`.
     #[inline(always)]
     fn factor_two(&mut self, rows: usize, margin: &mut Margin) {
-        self.u.copy_from(&self.gram);
-        let converged = orthogonalise_columns(&mut self.u, &mut self.z);
-        let column = |j: usize| (self.u.at(0, j), self.u.at(1, j));
-        let ((a, b), (c, d)) = (column(0), column(1));
-        let (first, second) = (a * a + b * b, c * c + d * d);
-        let swap = second.greater(first);
-        let length = first.max(second).sqrt();
-        let inverse = Lanes::ONE / length.max(Lanes::splat(TINY));
-        let (x, y) = (swap.select(c, a) * inverse, swap.select(d, b) * inverse);
-        // [u, normal] or [-normal, u], so that the determinant is one.
-        let (p, q) = (swap.select(y, -y), swap.select(-x, x));
-        let smaller = p * swap.select(a, c) + q * swap.select(b, d);
-        let columns = [
-            (swap.select(p, x), swap.select(q, y)),
-            (swap.select(x, p), swap.select(y, q)),
-        ];
-        for (j, (first, second)) in columns.into_iter().enumerate() {
-            self.u.set(0, j, first);
-            self.u.set(1, j, second);
+        let half = Lanes::splat(0.5);
+        let [a, b, c, d] = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[i, j]| self.gram.at(i, j) * half);
+        let (turn, reflection) = ((a + d, b - c), (a - d, b + c));
+        let length = |(x, y): (Lanes, Lanes)| (x * x + y * y).sqrt();
+        let (q, r) = (length(turn), length(reflection));
+        let inverse = Lanes::ONE / q.max(Lanes::splat(TINY));
+        let (cos, sin) = (turn.0 * inverse, turn.1 * inverse);
+        // The angle b - a of twice the right vectors; any angle where both cosines are the same.
+        let (x, y) = reflection;
+        let (x, y) = (x * cos + y * sin, y * cos - x * sin);
+        let differ = r.greater(Lanes::splat(TINY));
+        let inverse = Lanes::ONE / differ.select(r, Lanes::ONE);
+        let (x, y) = (
+            differ.select(x * inverse, Lanes::ONE),
+            differ.select(y * inverse, Lanes::ZERO),
+        );
+        // The larger of the sine and cosine of half the angle, then the other one.
+        let large = ((Lanes::ONE + x.abs()) * half).sqrt();
+        let small = y.abs() * half / large;
+        let acute = x.greater(Lanes::ZERO);
+        let (zx, zy) = (
+            acute.select(large, small),
+            acute.select(small, large).copysign(y),
+        );
+        let (ux, uy) = (cos * zx - sin * zy, sin * zx + cos * zy);
+        for (out, x, y) in [
+            (&mut self.z, zx, zy),
+            (&mut self.u, ux, uy),
+            (&mut self.rotation, cos, sin),
+        ] {
+            out.set(0, 0, x);
+            out.set(1, 0, y);
+            out.set(0, 1, -y);
+            out.set(1, 1, x);
         }
-        self.cosines[0] = swap.select(smaller, length);
-        self.cosines[1] = swap.select(length, smaller);
-        self.rotation.set_product_nt(&self.u, &self.z);
-        let sum = length + smaller;
+        let smaller = q - r;
+        (self.cosines[0], self.cosines[1]) = (q + r, smaller);
+        let sum = q + q;
         let least = (Lanes::ONE + smaller).min(sum);
         margin.see(least, Lanes::splat(LOWEST_COSINE).greater(smaller));
         margin.see(least, Lanes::splat(DETERMINED).greater(sum));
-        margin.see(least, Mask([!converged; LANES]));
         // O(2) has two components.
         if rows == 2 {
             margin.see(least, Lanes::ZERO.greater(smaller));

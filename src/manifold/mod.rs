@@ -16,6 +16,7 @@ pub(crate) mod lane_leg;
 pub(crate) mod lane_margin;
 pub(crate) mod lane_moving_join;
 mod lane_principal;
+mod lane_turn;
 pub mod logarithm;
 pub mod metric;
 pub(crate) mod normal_frame;

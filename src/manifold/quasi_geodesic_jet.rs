@@ -373,7 +373,7 @@ impl MovingQuasiGeodesic {
 
 /// Selects one of the two trigonometric series.
 #[derive(Clone, Copy)]
-pub(super) enum Parity {
+enum Parity {
     Even,
     Odd,
 }
