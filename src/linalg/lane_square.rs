@@ -45,19 +45,28 @@ pub(crate) trait LaneSquare {
         );
     }
 
-    /// `self += a b`.
+    /// Adds to every entry the sum of a function of its place and of one more index.
     #[inline(always)]
-    fn add_product(&mut self, a: &Self, b: &Self) {
+    fn add_sums(&mut self, term: impl Fn(usize, usize, usize) -> Lanes) {
         let k = self.size();
         for j in 0..k {
             for i in 0..k {
                 let mut sum = self.at(i, j);
                 for l in 0..k {
-                    sum += a.at(i, l) * b.at(l, j);
+                    sum += term(i, j, l);
                 }
                 self.set(i, j, sum);
             }
         }
+    }
+
+    /// `self += a b`.
+    #[inline(always)]
+    fn add_product(&mut self, a: &Self, b: &Self) {
+        self.add_sums(
+            #[inline(always)]
+            |i, j, l| a.at(i, l) * b.at(l, j),
+        );
     }
 
     /// `self = a b`.
@@ -70,31 +79,19 @@ pub(crate) trait LaneSquare {
     /// `self -= a b`.
     #[inline(always)]
     fn subtract_product(&mut self, a: &Self, b: &Self) {
-        let k = self.size();
-        for j in 0..k {
-            for i in 0..k {
-                let mut sum = self.at(i, j);
-                for l in 0..k {
-                    sum -= a.at(i, l) * b.at(l, j);
-                }
-                self.set(i, j, sum);
-            }
-        }
+        self.add_sums(
+            #[inline(always)]
+            |i, j, l| -(a.at(i, l) * b.at(l, j)),
+        );
     }
 
     /// `self += a^T b`.
     #[inline(always)]
     fn add_product_tn(&mut self, a: &Self, b: &Self) {
-        let k = self.size();
-        for j in 0..k {
-            for i in 0..k {
-                let mut sum = self.at(i, j);
-                for l in 0..k {
-                    sum += a.at(l, i) * b.at(l, j);
-                }
-                self.set(i, j, sum);
-            }
-        }
+        self.add_sums(
+            #[inline(always)]
+            |i, j, l| a.at(l, i) * b.at(l, j),
+        );
     }
 
     /// `self = a^T b`.
@@ -107,16 +104,10 @@ pub(crate) trait LaneSquare {
     /// `self += alpha a b^T`.
     #[inline(always)]
     fn add_scaled_product_nt(&mut self, alpha: f64, a: &Self, b: &Self) {
-        let k = self.size();
-        for j in 0..k {
-            for i in 0..k {
-                let mut sum = self.at(i, j);
-                for l in 0..k {
-                    sum += a.at(i, l) * (b.at(j, l) * alpha);
-                }
-                self.set(i, j, sum);
-            }
-        }
+        self.add_sums(
+            #[inline(always)]
+            |i, j, l| a.at(i, l) * (b.at(j, l) * alpha),
+        );
     }
 
     /// `self += a^T b` for matrices of the same number of columns and any number of rows.
@@ -214,8 +205,23 @@ impl LaneSquare for LaneMatrix {
     }
 
     #[inline(always)]
+    fn set_product(&mut self, a: &Self, b: &Self) {
+        self.set_product(a, b);
+    }
+
+    #[inline(always)]
+    fn subtract_product(&mut self, a: &Self, b: &Self) {
+        self.subtract_product(a, b);
+    }
+
+    #[inline(always)]
     fn add_product_tn(&mut self, a: &Self, b: &Self) {
         self.add_product_tn(a, b);
+    }
+
+    #[inline(always)]
+    fn set_product_tn(&mut self, a: &Self, b: &Self) {
+        self.set_product_tn(a, b);
     }
 
     #[inline(always)]

@@ -13,12 +13,12 @@ use crate::linalg::lanes::Lanes;
 /// Angle below which `sin(x) / x` is its series of two terms.
 const SMALL: f64 = 1e-4;
 
+/// Largest number of terms; 17 are needed for an angle of pi.
+const MOST_TERMS: usize = 20;
+
 /// Coefficients of `cos sqrt(W)` and of `sin sqrt(W) / sqrt(W)`.
 const EVEN: [f64; MOST_TERMS + 1] = coefficients(0);
 const ODD: [f64; MOST_TERMS + 1] = coefficients(1);
-
-/// Largest number of terms; 17 are needed for an angle of pi.
-const MOST_TERMS: usize = 20;
 
 const fn coefficients(offset: usize) -> [f64; MOST_TERMS + 1] {
     let mut out = [1.0; MOST_TERMS + 1];
@@ -120,6 +120,7 @@ impl<M: LaneSquare> LaneAngles<M> {
             }
         }
         let terms = series_terms(largest);
+        debug_assert!(terms <= MOST_TERMS);
         for j in 1..=order {
             // The cosine of what is known of Y; its part of order 1 is zero.
             self.squared.order_mut(j).fill_zero();

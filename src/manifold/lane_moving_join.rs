@@ -259,8 +259,8 @@ mod tests {
         (out, margin)
     }
 
-    /// Known sizes use other factors and powers of rotations than any size; lanes near an edge of the domain are excepted. They
-    /// agree to 6e-15 of the largest coefficient.
+    /// Known sizes have other products and powers of rotations than any size, after the same factorisation. They agree to
+    /// 6e-15 of the largest coefficient in all lanes that are not marked.
     fn sizes_agree<M: JoinSquare>(k: usize) {
         let t = Lanes(std::array::from_fn(|lane| lane as f64 / 7.0));
         let mut compared = 0;

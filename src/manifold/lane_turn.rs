@@ -70,8 +70,12 @@ impl LaneTurn<[[Lanes; 1]; 1]> for NoTurn {
     }
 }
 
-/// Rotations of the plane commute, so only their angle moves.
+/// Rotations of the plane commute: with the angle `phi` of `R` and the angle of `U`, which is a rotation as well,
+/// `U^T R^{t + tau}` is the rotation by `(t + tau) phi` minus the angle of `U`.
 pub(crate) struct PlaneTurn;
+
+/// A rotation of the plane as its cosine and its sine.
+type PlaneRotation = (Lanes, Lanes);
 
 impl LaneTurn<[[Lanes; 2]; 2]> for PlaneTurn {
     fn new(_: usize) -> Self {
@@ -89,45 +93,62 @@ impl LaneTurn<[[Lanes; 2]; 2]> for PlaneTurn {
         margin: &mut Margin,
     ) {
         let LanePrincipal { u, rotation, .. } = principal;
-        let (cosine, sine) = (rotation.at(0, 0), rotation.at(1, 0));
-        let start = sine.atan2(cosine);
-        let turned = |j: usize| match j {
-            0 => (Lanes::ONE, Lanes::ZERO),
-            _ => (turning.order(j).at(0, 0), turning.order(j).at(1, 0)),
-        };
-        // The angle of W: its derivative is cos sin' - sin cos'.
-        let mut angle = [Lanes::ZERO; ORDER + 1];
-        for j in 1..=order {
-            let mut sum = Lanes::ZERO;
-            for i in 1..=j {
-                let ((c, s), (dc, ds)) = (turned(j - i), turned(i));
-                sum += (c * ds - s * dc) * i as f64;
-            }
-            angle[j] = sum * (1.0 / j as f64);
+        let cosine = rotation.at(0, 0);
+        let phi = plane_angle(rotation.at(1, 0).atan2(cosine), turning, order);
+        let powers = plane_power(&phi, t, order);
+        let (u_cos, u_sin) = (u.at(0, 0), u.at(1, 0));
+        for (out, (cos, sin)) in out.c[..=order].iter_mut().zip(powers) {
+            let (cos, sin) = (u_cos * cos + u_sin * sin, u_cos * sin - u_sin * cos);
+            *out = [[cos, sin], [-sin, cos]];
         }
-        angle[0] = start;
-        let mut powers = [(Lanes::ZERO, Lanes::ZERO); ORDER + 1];
-        let (sin, cos) = (t * start).sin_cos();
-        powers[0] = (cos, sin);
-        for j in 1..=order {
-            let (mut c, mut s) = (Lanes::ZERO, Lanes::ZERO);
-            for i in 1..=j {
-                // The coefficient of the angle (t + tau) phi.
-                let rate = (t * angle[i] + angle[i - 1]) * (i as f64 / j as f64);
-                let (cos, sin) = powers[j - i];
-                c -= rate * sin;
-                s += rate * cos;
-            }
-            powers[j] = (c, s);
-        }
-        for (out, (c, s)) in out.c[..=order].iter_mut().zip(powers) {
-            let (x, y) = (u.at(0, 0), u.at(1, 0));
-            let (c, s) = (x * c + y * s, x * s - y * c);
-            *out = [[c, s], [-s, c]];
-        }
+        // The power is accurate here too, but near a half turn the caller decides whether it is determined.
         let low = Lanes::splat(LOWEST_COSINE).greater(cosine);
         margin.see(Lanes::ONE + cosine, low);
     }
+}
+
+/// The angle of `R = U W Z^T`, from that of `U Z^T`; its derivative is `cos sin' - sin cos'` of `W`.
+#[inline(always)]
+fn plane_angle(
+    start: Lanes,
+    turning: &SpectralJet<[[Lanes; 2]; 2]>,
+    order: usize,
+) -> [Lanes; ORDER + 1] {
+    let w = |j: usize| match j {
+        0 => (Lanes::ONE, Lanes::ZERO),
+        _ => (turning.order(j).at(0, 0), turning.order(j).at(1, 0)),
+    };
+    let mut phi = [Lanes::ZERO; ORDER + 1];
+    phi[0] = start;
+    for j in 1..=order {
+        let mut sum = Lanes::ZERO;
+        for i in 1..=j {
+            let ((cos, sin), (d_cos, d_sin)) = (w(j - i), w(i));
+            sum += (cos * d_sin - sin * d_cos) * i as f64;
+        }
+        phi[j] = sum * (1.0 / j as f64);
+    }
+    phi
+}
+
+/// The rotation by `(t + tau) phi`, whose derivatives are `cos' = -sin psi'` and `sin' = cos psi'` for that angle `psi`.
+#[inline(always)]
+fn plane_power(phi: &[Lanes; ORDER + 1], t: Lanes, order: usize) -> [PlaneRotation; ORDER + 1] {
+    let mut powers = [(Lanes::ZERO, Lanes::ZERO); ORDER + 1];
+    let (sin, cos) = (t * phi[0]).sin_cos();
+    powers[0] = (cos, sin);
+    for j in 1..=order {
+        let (mut c, mut s) = (Lanes::ZERO, Lanes::ZERO);
+        for i in 1..=j {
+            let psi = t * phi[i] + phi[i - 1];
+            let rate = psi * (i as f64 / j as f64);
+            let (cos, sin) = powers[j - i];
+            c -= rate * sin;
+            s += rate * cos;
+        }
+        powers[j] = (c, s);
+    }
+    powers
 }
 
 /// Rotations of a space of at least three dimensions, by functions of their symmetric part.

@@ -1,6 +1,5 @@
 //! The knots of a chain, and whether those of two chains are near each other.
 
-use super::second_derivative::BEAM;
 use crate::linalg::field::{larger, largest, multiply_transposed, transposed_multiply};
 use crate::space::{Homogeneous, orthonormalise};
 
@@ -20,6 +19,14 @@ pub(crate) struct ChainKnots {
 /// second descent; its start differs from the end of the first one by 0.40 at least, with an energy of 18 at least.
 const NEAR: f64 = 0.5;
 const STIFF: f64 = 4.5;
+
+/// Second derivative of the cost of a cubic of flat space with respect to `(p_0, v_0, p_1, v_1)`.
+pub(super) const BEAM: [[f64; 4]; 4] = [
+    [12.0, 6.0, -12.0, 6.0],
+    [6.0, 4.0, -6.0, 2.0],
+    [-12.0, -6.0, 12.0, -6.0],
+    [6.0, 2.0, -6.0, 4.0],
+];
 
 impl ChainKnots {
     /// Whether descents from these knots and from others are expected to end at the same curve, for legs of unit duration.

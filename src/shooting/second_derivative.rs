@@ -1,18 +1,11 @@
 //! The second derivative of the cost of a chain with respect to its knots, and its counterpart in flat space.
 
+use super::chain_knots::BEAM;
 use super::free_chain::{FreeChain, Group};
 use super::layout::Layout;
 use crate::linalg::field::Field;
 use crate::solve::block_cholesky::SymmetricBlocks;
 use crate::space::Homogeneous;
-
-/// Second derivative of the cost of a cubic of flat space with respect to `(p_0, v_0, p_1, v_1)`.
-pub(super) const BEAM: [[f64; 4]; 4] = [
-    [12.0, 6.0, -12.0, 6.0],
-    [6.0, 4.0, -6.0, 2.0],
-    [-12.0, -6.0, 12.0, -6.0],
-    [6.0, 2.0, -6.0, 4.0],
-];
 
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     /// The second derivative of the cost with respect to `(p, v)` of the movable knots, and its counterpart in flat
