@@ -77,6 +77,34 @@ fn normal_parts_of_deficient_rank() {
     worst.assert_at_most(1e-13);
 }
 
+/// The exponential needs no basis of the normal directions where these are well-conditioned, and close to that limit
+/// agrees with the geodesic, which has one.
+#[test]
+fn exponential_is_the_end_of_the_geodesic_at_any_condition() {
+    let mut rng = Rng::new(14);
+    let mut worst = Worst::new("exponential against the end of the geodesic");
+    for (n, k) in [(12, 4), (50, 5), (60, 30)] {
+        for metric in metrics() {
+            let manifold = Stiefel::new(n, k).unwrap().with_metric(metric);
+            for least in [1.0_f64, 0.5, 0.3, 0.2, 0.15, 0.1, 0.05, 0.01] {
+                let (s, size) = (random_point(n, k, &mut rng), 4.0 * least);
+                let q = project_off(&s, &gaussian(n, k, &mut rng));
+                let q = q.qr().compute_thin_Q();
+                let grade = |j: usize| size * least.powf(j as f64 / (k - 1) as f64);
+                let graded = Mat::from_fn(n, k, |i, j| q[(i, j)] * grade(j));
+                let along = &s * random_skew(k, 1.0, &mut rng);
+                let v = graded * random_orthogonal(k, &mut rng) + along;
+                let end = manifold.exp(s.as_ref(), v.as_ref()).unwrap();
+                let curve = manifold.geodesic(s.as_ref(), v.as_ref()).unwrap();
+                let what = || format!("St({n},{k}), alpha {}, {least}", metric.alpha());
+                worst.see(distance(&end, &curve.point(1.0).unwrap()), what);
+                worst.see(orthonormality(&end), what);
+            }
+        }
+    }
+    worst.assert_at_most(2e-14);
+}
+
 /// Ambient geodesic equation of the Euclidean metric: `S'' + S S'^T S' = 0`.
 #[test]
 fn euclidean_geodesics_have_no_tangential_acceleration() {

@@ -8,7 +8,9 @@
 //! ETNA 44, 306-326. Inverse square root: Higham (2008), "Functions of Matrices", section 6.3 (Newton-Schulz).
 
 use faer::linalg::triangular_inverse::invert_lower_triangular;
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
 use faer::{Mat, MatMut, MatRef, Par, Side};
 
 use super::product::{mul_add, mul_into};
@@ -35,7 +37,11 @@ pub(crate) struct CholeskyQr {
 impl CholeskyQr {
     /// `None` if `A^T A` is not numerically positive definite.
     pub(crate) fn new(a: MatRef<'_, f64>) -> Option<Self> {
-        let gram = gram(a);
+        CholeskyQr::of_gram(gram(a).as_ref())
+    }
+
+    /// The same from the lower triangle of `A^T A`.
+    pub(crate) fn of_gram(gram: MatRef<'_, f64>) -> Option<Self> {
         let lower = gram.llt(Side::Lower).ok()?.L().to_owned();
         let k = lower.ncols();
         let mut inverse = Mat::zeros(k, k);
@@ -52,6 +58,11 @@ impl CholeskyQr {
     /// `A <- Q = A R^{-1}`.
     pub(crate) fn orthonormalise(&self, a: MatMut<'_, f64>) {
         solve_lower_triangular_in_place(self.lower.as_ref(), a.transpose_mut(), Par::Seq);
+    }
+
+    /// `B <- R^{-1} B`.
+    pub(crate) fn divide(&self, b: MatMut<'_, f64>) {
+        solve_upper_triangular_in_place(self.r(), b, Par::Seq);
     }
 
     /// `R`, upper triangular.

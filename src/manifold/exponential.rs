@@ -10,13 +10,13 @@ use faer::prelude::*;
 use faer::{Mat, MatRef};
 
 use super::metric::Metric;
-use super::normal_frame::{normal_frame, normal_rank};
-use super::stiefel::{POINT_TOLERANCE, Stiefel};
+use super::normal_frame::{normal_factor, normal_frame, normal_rank};
+use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE, set_normal_part};
 use crate::error::Result;
 use crate::linalg::SkewExp;
 use crate::linalg::jet::{Jet, ORDER};
-use crate::linalg::product::mul_into;
-use crate::linalg::structure::check_range;
+use crate::linalg::product::{mul_add, mul_into};
+use crate::linalg::structure::{check_range, skew_part};
 use crate::space::Quotient;
 
 /// Quantity named in `Overflow` errors.
@@ -51,12 +51,18 @@ const GEODESIC: &str = "geodesic";
 pub struct Geodesic {
     /// `[S, Q]`, shape `(n, k + p)`.
     pub(super) frame: Mat<f64>,
+    pub(super) motion: Motion,
+    pub(super) metric: Metric,
+    pub(super) quotient: Quotient,
+}
+
+/// A geodesic in coordinates of its frame.
+#[derive(Debug, Clone)]
+pub(super) struct Motion {
     /// `[[2 w A, -B^T], [B, 0]]`.
     pub(super) generator: Mat<f64>,
     /// `(1 - 2 w) A`, unless it is zero.
     pub(super) turning: Option<Mat<f64>>,
-    pub(super) metric: Metric,
-    pub(super) quotient: Quotient,
     pub(super) k: usize,
 }
 
@@ -70,12 +76,29 @@ impl Stiefel {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `Overflow`, `Decomposition`.
     pub fn exp(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
-        let curve = self.geodesic(s, v)?;
-        let mut flow = Flow::new(&curve);
-        let mut jet = Jet::zeros_up_to(0, curve.frame.ncols(), self.k());
-        curve.coordinates_into(1.0, 0, &mut flow, &mut jet)?;
+        self.check_point("S", s, POINT_TOLERANCE)?;
+        let along = self.checked_product("V", s, v, TANGENT_TOLERANCE)?;
         let mut out = Mat::zeros(self.n(), self.k());
-        mul_into(&mut out, 1.0, &curve.frame, &jet.c[0]);
+        match normal_factor(v, along.as_ref()) {
+            Some(factor) => {
+                // With X = R^{-1} E_2, `S E_1 + Q E_2` is `S (E_1 - S^T V X) + V X`: `Q` is not needed.
+                let motion = Motion::new(
+                    skew_part(along.as_ref()).as_ref(),
+                    factor.r(),
+                    self.metric(),
+                );
+                let mut end = motion.at(1.0)?;
+                let (mut start, mut normal) = end.as_mut().split_at_row_mut(self.k());
+                factor.divide(normal.rb_mut());
+                mul_add(start.rb_mut(), -1.0, &along, normal.rb());
+                mul_into(&mut out, 1.0, s, start.rb());
+                mul_add(&mut out, 1.0, v, normal.rb());
+            }
+            None => {
+                let curve = self.geodesic_along(s, v, along.as_ref())?;
+                mul_into(&mut out, 1.0, &curve.frame, curve.motion.at(1.0)?);
+            }
+        }
         check_range(GEODESIC, out.as_ref())?;
         Ok(out)
     }
@@ -86,15 +109,26 @@ impl Stiefel {
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `Overflow`.
     pub fn geodesic(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Geodesic> {
         self.check_point("S", s, POINT_TOLERANCE)?;
+        let along = self.checked_product("V", s, v, TANGENT_TOLERANCE)?;
+        self.geodesic_along(s, v, along.as_ref())
+    }
+
+    /// The same for checked arguments, with `S^T V`.
+    fn geodesic_along(
+        &self,
+        s: MatRef<'_, f64>,
+        v: MatRef<'_, f64>,
+        along: MatRef<'_, f64>,
+    ) -> Result<Geodesic> {
         let (n, k, p) = (self.n(), self.k(), normal_rank(self.n(), self.k()));
         let mut frame = Mat::zeros(n, 2 * k);
         let (mut left, mut right) = frame.as_mut().split_at_col_mut(k);
         left.copy_from(s);
-        let omega = self.checked_split("V", s, v, right.rb_mut())?;
+        set_normal_part(s, v, along, right.rb_mut());
         let b = normal_frame(s, right);
         frame.truncate(n, k + p);
-        let curve = Geodesic::new(frame, omega.as_ref(), b.as_ref(), self.metric());
-        check_range(GEODESIC, curve.generator.as_ref())?;
+        let curve = Geodesic::new(frame, skew_part(along).as_ref(), b.as_ref(), self.metric());
+        check_range(GEODESIC, curve.motion.generator.as_ref())?;
         Ok(curve)
     }
 
@@ -131,22 +165,11 @@ impl Geodesic {
     }
 
     fn new(frame: Mat<f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>, metric: Metric) -> Self {
-        let (p, k) = b.shape();
-        let twice = 2.0 * metric.weight();
-        let generator = Mat::from_fn(k + p, k + p, |i, j| match (i < k, j < k) {
-            (true, true) => twice * a[(i, j)],
-            (false, true) => b[(i - k, j)],
-            (true, false) => -b[(j - k, i)],
-            (false, false) => 0.0,
-        });
-        let turning = (twice != 1.0).then(|| Mat::from_fn(k, k, |i, j| (1.0 - twice) * a[(i, j)]));
         Geodesic {
             quotient: Quotient::Frames,
             frame,
-            generator,
-            turning,
+            motion: Motion::new(a, b, metric),
             metric,
-            k,
         }
     }
 
@@ -157,7 +180,7 @@ impl Geodesic {
 
     /// Columns of a point.
     pub fn k(&self) -> usize {
-        self.k
+        self.motion.k
     }
 
     /// The metric of the geodesic.
@@ -167,10 +190,11 @@ impl Geodesic {
 
     /// The initial velocity `V = S A + Q B`, shape `(n, k)`.
     pub fn initial_velocity(&self) -> Mat<f64> {
-        let mut rates = self.generator.as_ref().subcols(0, self.k).to_owned();
+        let k = self.k();
+        let mut rates = self.motion.generator.as_ref().subcols(0, k).to_owned();
         let twice = 2.0 * self.metric.weight();
-        for j in 0..self.k {
-            for i in 0..self.k {
+        for j in 0..k {
+            for i in 0..k {
                 rates[(i, j)] /= twice;
             }
         }
@@ -180,11 +204,11 @@ impl Geodesic {
     /// The length over `[0, 1]` in the geodesic's metric.
     pub fn length(&self) -> f64 {
         use crate::linalg::structure::norm;
-        let m = self.frame.ncols();
+        let (m, k) = (self.frame.ncols(), self.k());
         let twice = 2.0 * self.metric.weight();
-        let generator = self.generator.as_ref();
-        let a = norm(generator.submatrix(0, 0, self.k, self.k)) / twice;
-        let b = norm(generator.submatrix(self.k, 0, m - self.k, self.k));
+        let generator = self.motion.generator.as_ref();
+        let a = norm(generator.submatrix(0, 0, k, k)) / twice;
+        let b = norm(generator.submatrix(k, 0, m - k, k));
         b.hypot(a * self.metric.weight().sqrt())
     }
 
@@ -201,6 +225,38 @@ impl Geodesic {
         flow: &mut Flow,
         out: &mut Jet,
     ) -> Result<()> {
+        self.motion.coordinates_into(t, order, flow, out)
+    }
+}
+
+impl Motion {
+    fn new(a: MatRef<'_, f64>, b: MatRef<'_, f64>, metric: Metric) -> Self {
+        let (p, k) = b.shape();
+        let twice = 2.0 * metric.weight();
+        let generator = Mat::from_fn(k + p, k + p, |i, j| match (i < k, j < k) {
+            (true, true) => twice * a[(i, j)],
+            (false, true) => b[(i - k, j)],
+            (true, false) => -b[(j - k, i)],
+            (false, false) => 0.0,
+        });
+        let turning = (twice != 1.0).then(|| Mat::from_fn(k, k, |i, j| (1.0 - twice) * a[(i, j)]));
+        Motion {
+            generator,
+            turning,
+            k,
+        }
+    }
+
+    /// Coordinates of a point.
+    fn at(&self, t: f64) -> Result<Mat<f64>> {
+        let mut jet = Jet::zeros_up_to(0, self.generator.ncols(), self.k);
+        self.coordinates_into(t, 0, &mut Flow::of(self), &mut jet)?;
+        let [point, ..] = jet.c;
+        Ok(point)
+    }
+
+    /// Taylor coefficients of the coordinates.
+    fn coordinates_into(&self, t: f64, order: usize, flow: &mut Flow, out: &mut Jet) -> Result<()> {
         let k = self.k;
         flow.exp
             .exp_into(flow.rotation.as_mut(), self.generator.as_ref(), t)?;
@@ -222,7 +278,7 @@ impl Geodesic {
             turn.product.fill(0.0);
             for i in 0..=j {
                 let (left, right) = (&out.c[i], &turn.rates[j - i]);
-                crate::linalg::product::mul_add(&mut turn.product, 1.0, left, right);
+                mul_add(&mut turn.product, 1.0, left, right);
             }
             out.c[j].copy_from(&turn.product);
         }
@@ -263,11 +319,15 @@ struct Turn {
 
 impl Flow {
     pub(crate) fn new(curve: &Geodesic) -> Self {
-        let (m, k) = (curve.frame.ncols(), curve.k);
+        Flow::of(&curve.motion)
+    }
+
+    fn of(motion: &Motion) -> Self {
+        let (m, k) = (motion.generator.ncols(), motion.k);
         Flow {
             exp: SkewExp::new(m),
             rotation: Mat::zeros(m, m),
-            turn: curve.turning.is_some().then(|| Turn {
+            turn: motion.turning.is_some().then(|| Turn {
                 exp: SkewExp::new(k),
                 rates: std::array::from_fn(|_| Mat::zeros(k, k)),
                 product: Mat::zeros(m, k),

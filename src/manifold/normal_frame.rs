@@ -6,7 +6,7 @@ use faer::{Mat, MatMut, MatRef};
 use crate::linalg::decomp::thin_q;
 use crate::linalg::gram_factors::CholeskyQr;
 use crate::linalg::product::mul_add;
-use crate::linalg::structure::norm;
+use crate::linalg::structure::{gram, norm};
 
 /// Conditioning above which one pass of Cholesky's factorisation is orthonormal to some tens of units of round-off.
 const WELL_CONDITIONED: f64 = 0.05;
@@ -64,6 +64,21 @@ pub(crate) fn normal_frame(s: MatRef<'_, f64>, mut normal: MatMut<'_, f64>) -> M
     let b = q.transpose() * &normal;
     normal.subcols_mut(0, p).copy_from(q);
     b
+}
+
+/// `V - S S^T V = Q R` by Cholesky's method, from `V` and `S^T V` alone and without `Q`; `None` if the normal part is too
+/// ill-conditioned, or too short beside `V`, for products with `R^{-1}`.
+pub(crate) fn normal_factor(v: MatRef<'_, f64>, along: MatRef<'_, f64>) -> Option<CholeskyQr> {
+    let (n, k) = v.shape();
+    let size = norm(v);
+    if normal_rank(n, k) < k || !(ROUND_OFF..HUGE).contains(&size) {
+        return None;
+    }
+    let mut gram = gram(v);
+    mul_add(&mut gram, -1.0, along.transpose(), along);
+    let factor = CholeskyQr::of_gram(gram.as_ref())?;
+    let share = (norm(factor.r()) / size).powi(2);
+    (factor.conditioning * share >= WELL_CONDITIONED).then_some(factor)
 }
 
 /// [`normal_frame`] by Cholesky's method; `None`, with `normal` unchanged, if it is too ill-conditioned.

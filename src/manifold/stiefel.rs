@@ -157,7 +157,7 @@ impl Stiefel {
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotTangent`.
-    fn checked_product(
+    pub(super) fn checked_product(
         &self,
         name: &'static str,
         s: MatRef<'_, f64>,
@@ -265,27 +265,6 @@ impl Stiefel {
         Ok((normal, skew_part(product.as_ref())))
     }
 
-    /// As [`Stiefel::split`], for a checked point and a vector that is checked to be tangent; `K` is written to `normal`.
-    ///
-    /// # Errors
-    /// The errors of [`Stiefel::check_tangent`].
-    pub(crate) fn checked_split(
-        &self,
-        name: &'static str,
-        s: MatRef<'_, f64>,
-        v: MatRef<'_, f64>,
-        mut normal: MatMut<'_, f64>,
-    ) -> Result<Mat<f64>> {
-        let product = self.checked_product(name, s, v, TANGENT_TOLERANCE)?;
-        normal.copy_from(v);
-        mul_add(normal.rb_mut(), -1.0, s, &product);
-        if norm(normal.rb()) < SHORT_NORMAL * norm(product.as_ref()) {
-            let rest = gram_of(s, normal.rb());
-            mul_add(normal, -1.0, s, &rest);
-        }
-        Ok(skew_part(product.as_ref()))
-    }
-
     /// The paper's pair `(X, Omega)` of a tangent vector: `V = X S + S Omega` with `X` skew `(n, n)` and `Omega` skew
     /// `(k, k)`.
     ///
@@ -341,6 +320,21 @@ impl Stiefel {
 /// Normal parts shorter than this, relative to the part along `S`, are projected twice: one projection leaves a component
 /// of size `eps |S^T V|` along `S`.
 const SHORT_NORMAL: f64 = 0.5;
+
+/// `V - S S^T V`, from `S^T V`.
+pub(super) fn set_normal_part(
+    s: MatRef<'_, f64>,
+    v: MatRef<'_, f64>,
+    along: MatRef<'_, f64>,
+    mut normal: MatMut<'_, f64>,
+) {
+    normal.copy_from(v);
+    mul_add(normal.rb_mut(), -1.0, s, along);
+    if norm(normal.rb()) < SHORT_NORMAL * norm(along) {
+        let rest = gram_of(s, normal.rb());
+        mul_add(normal, -1.0, s, &rest);
+    }
+}
 
 /// `S^T V`.
 fn gram_of(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Mat<f64> {

@@ -2,6 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use super::exponential::Motion;
 use super::{Geodesic, Metric, QuasiGeodesic};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -161,15 +162,15 @@ impl Stored for Geodesic {
 
     fn store(&self, fields: &mut Fields) {
         let columns = self.frame.ncols();
-        fields.put_whole("shape", [self.frame.nrows(), self.k, columns]);
+        fields.put_whole("shape", [self.frame.nrows(), self.k(), columns]);
         fields.put_flat("metric", vec![self.metric.alpha()]);
         if self.quotient == Quotient::Subspaces {
             fields.put_flat("subspaces", vec![1.0]);
         }
         let matrices = [
             Some(&self.frame),
-            Some(&self.generator),
-            self.turning.as_ref(),
+            Some(&self.motion.generator),
+            self.motion.turning.as_ref(),
         ];
         for (name, matrix) in MATRICES.into_iter().zip(matrices) {
             let mut entries = Vec::new();
@@ -222,10 +223,12 @@ impl Stored for Geodesic {
         Ok(Geodesic {
             quotient,
             frame,
-            generator,
-            turning,
+            motion: Motion {
+                generator,
+                turning,
+                k,
+            },
             metric,
-            k,
         })
     }
 }

@@ -116,7 +116,8 @@ impl Grassmann {
         let mut curve = Stiefel::new(self.n(), self.k())?.geodesic(y, v)?;
         // The geodesic of frames with the same velocity, without the rotation caused by round-off.
         let k = self.k();
-        curve.generator.as_mut().submatrix_mut(0, 0, k, k).fill(0.0);
+        let generator = curve.motion.generator.as_mut();
+        generator.submatrix_mut(0, 0, k, k).fill(0.0);
         curve.quotient = Quotient::Subspaces;
         Ok(curve)
     }
