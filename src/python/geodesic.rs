@@ -119,10 +119,7 @@ impl PyStiefel {
     ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect), or
     ///     a vector so long that the result overflows.
     fn exp(&self, S: &Any, V: &Any) -> PyResult<Numbers> {
-        self.map_matrices(named![S, V], |m, data| {
-            let [s, v] = data.map(|matrix| matrix.to_owned());
-            m.exp(s.as_ref(), v.as_ref())
-        })
+        self.map_matrices(named![S, V], |m, [s, v]| m.exp(s, v))
     }
 
     /// Return the Riemannian logarithm: the ``V`` at ``S0`` with ``exp(S0, V) = S1``, shape (..., n, k).
