@@ -105,6 +105,69 @@ fn exponential_is_the_end_of_the_geodesic_at_any_condition() {
     worst.assert_at_most(2e-14);
 }
 
+/// Where the tangential part is much longer than a well-conditioned normal part, the Gram matrix of the latter would lose
+/// its digits to cancellation.
+#[test]
+fn long_tangential_parts_do_not_cost_digits() {
+    let mut rng = Rng::new(15);
+    let mut worst = Worst::new("short normal parts");
+    for (n, k) in [(12, 4), (50, 5)] {
+        let manifold = Stiefel::new(n, k).unwrap();
+        for length in [5.0, 20.0, 1e3, 1e4] {
+            let s = random_point(n, k, &mut rng);
+            let q = project_off(&s, &gaussian(n, k, &mut rng));
+            let v = q.qr().compute_thin_Q() + &s * random_skew(k, length, &mut rng);
+            let end = manifold.exp(s.as_ref(), v.as_ref()).unwrap();
+            let curve = manifold.geodesic(s.as_ref(), v.as_ref()).unwrap();
+            let what = || format!("St({n},{k}), {length}");
+            let gap = distance(&end, &curve.point(1.0).unwrap()) / length;
+            worst.see(gap, what);
+            worst.see(orthonormality(&end) / length, what);
+        }
+    }
+    worst.assert_at_most(1e-14);
+}
+
+/// A point that is orthonormal to 9e-10 has an end with the same defect, and successive exponentials of long vectors, whose
+/// defects would otherwise grow by a factor each, stay on the manifold.
+#[test]
+fn defects_of_points_are_not_amplified() {
+    let mut rng = Rng::new(16);
+    let mut worst = Worst::new("defect of the end, as a multiple of that of the point");
+    let mut last = Worst::new("defect after 200 exponentials");
+    for (n, k) in [(6, 2), (12, 3), (30, 5), (5, 3)] {
+        for metric in metrics() {
+            let manifold = Stiefel::new(n, k).unwrap().with_metric(metric);
+            for [normal, along] in [[3.0, 6.0], [1.5, 3.0], [0.5, 1.0], [1.0, 1.0]] {
+                let mut tangent = |s: &Mat<f64>| {
+                    let n = project_off(s, &gaussian(n, k, &mut rng));
+                    let n = &n * Scale(normal / frobenius(n.as_ref()));
+                    let raw = n + s * random_skew(k, along, &mut rng);
+                    manifold.project_tangent(s.as_ref(), raw.as_ref()).unwrap()
+                };
+                let what = || format!("St({n},{k}), alpha {}, {normal} {along}", metric.alpha());
+                let mut s = random_point(n, k, &mut Rng::new(17));
+                let off = Mat::from_fn(n, k, |i, j| {
+                    s[(i, j)] * (1.0 + 2e-10 * ((i + 2 * j) as f64).sin())
+                });
+                let v = tangent(&off);
+                let end = manifold.exp(off.as_ref(), v.as_ref()).unwrap();
+                worst.see(orthonormality(&end) / orthonormality(&off), what);
+                let curve = manifold.geodesic(off.as_ref(), v.as_ref()).unwrap();
+                let end = curve.point(1.0).unwrap();
+                worst.see(orthonormality(&end) / orthonormality(&off), what);
+                for _ in 0..200 {
+                    let v = tangent(&s);
+                    s = manifold.exp(s.as_ref(), v.as_ref()).unwrap();
+                }
+                last.see(orthonormality(&s), what);
+            }
+        }
+    }
+    worst.assert_at_most(1.1);
+    last.assert_at_most(1e-13);
+}
+
 /// Ambient geodesic equation of the Euclidean metric: `S'' + S S'^T S' = 0`.
 #[test]
 fn euclidean_geodesics_have_no_tangential_acceleration() {

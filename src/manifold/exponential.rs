@@ -76,17 +76,13 @@ impl Stiefel {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `Overflow`, `Decomposition`.
     pub fn exp(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
-        self.check_point("S", s, POINT_TOLERANCE)?;
-        let along = self.checked_product("V", s, v, TANGENT_TOLERANCE)?;
+        let [product, along] = self.checked_along(s, v)?;
         let mut out = Mat::zeros(self.n(), self.k());
-        match normal_factor(v, along.as_ref()) {
+        match normal_factor(v, product.as_ref(), along.as_ref()) {
             Some(factor) => {
                 // With X = R^{-1} E_2, `S E_1 + Q E_2` is `S (E_1 - S^T V X) + V X`: `Q` is not needed.
-                let motion = Motion::new(
-                    skew_part(along.as_ref()).as_ref(),
-                    factor.r(),
-                    self.metric(),
-                );
+                let omega = skew_part(product.as_ref());
+                let motion = Motion::new(omega.as_ref(), factor.r(), self.metric());
                 let mut end = motion.at(1.0)?;
                 let (mut start, mut normal) = end.as_mut().split_at_row_mut(self.k());
                 factor.divide(normal.rb_mut());
@@ -95,7 +91,7 @@ impl Stiefel {
                 mul_add(&mut out, 1.0, v, normal.rb());
             }
             None => {
-                let curve = self.geodesic_along(s, v, along.as_ref())?;
+                let curve = self.geodesic_along(s, v, [&product, &along])?;
                 mul_into(&mut out, 1.0, &curve.frame, curve.motion.at(1.0)?);
             }
         }
@@ -108,26 +104,43 @@ impl Stiefel {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `Overflow`.
     pub fn geodesic(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Geodesic> {
-        self.check_point("S", s, POINT_TOLERANCE)?;
-        let along = self.checked_product("V", s, v, TANGENT_TOLERANCE)?;
-        self.geodesic_along(s, v, along.as_ref())
+        let [product, along] = self.checked_along(s, v)?;
+        self.geodesic_along(s, v, [&product, &along])
     }
 
-    /// The same for checked arguments, with `S^T V`.
+    /// `S^T V` of arguments that are checked, and `(2 I - S^T S) S^T V`: the coordinates of the projection of `V` to the span of
+    /// `S`, up to the square of the defect of `S`.
+    ///
+    /// With `S^T V` in place of the second one, exponentials amplify that defect up to 50 times, and some tens of them in
+    /// succession leave the manifold.
+    fn checked_along(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<[Mat<f64>; 2]> {
+        let gram = self.checked_gram("S", s, POINT_TOLERANCE)?;
+        let product = self.checked_product("V", s, v, TANGENT_TOLERANCE)?;
+        let k = self.k();
+        let inverse = Mat::from_fn(k, k, |i, j| {
+            2.0 * f64::from(u8::from(i == j)) - gram[(i.max(j), i.min(j))]
+        });
+        let mut along = Mat::zeros(k, k);
+        mul_into(&mut along, 1.0, &inverse, &product);
+        Ok([product, along])
+    }
+
+    /// [`Stiefel::geodesic`] with the results of [`Stiefel::checked_along`].
     fn geodesic_along(
         &self,
         s: MatRef<'_, f64>,
         v: MatRef<'_, f64>,
-        along: MatRef<'_, f64>,
+        [product, along]: [&Mat<f64>; 2],
     ) -> Result<Geodesic> {
         let (n, k, p) = (self.n(), self.k(), normal_rank(self.n(), self.k()));
         let mut frame = Mat::zeros(n, 2 * k);
         let (mut left, mut right) = frame.as_mut().split_at_col_mut(k);
         left.copy_from(s);
-        set_normal_part(s, v, along, right.rb_mut());
+        set_normal_part(s, v, along.as_ref(), right.rb_mut());
         let b = normal_frame(s, right);
         frame.truncate(n, k + p);
-        let curve = Geodesic::new(frame, skew_part(along).as_ref(), b.as_ref(), self.metric());
+        let omega = skew_part(product.as_ref());
+        let curve = Geodesic::new(frame, omega.as_ref(), b.as_ref(), self.metric());
         check_range(GEODESIC, curve.motion.generator.as_ref())?;
         Ok(curve)
     }

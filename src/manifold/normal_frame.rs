@@ -8,7 +8,8 @@ use crate::linalg::gram_factors::CholeskyQr;
 use crate::linalg::product::mul_add;
 use crate::linalg::structure::{gram, norm};
 
-/// Conditioning above which one pass of Cholesky's factorisation is orthonormal to some tens of units of round-off.
+/// Conditioning above which one pass of Cholesky's factorisation is orthonormal to some tens of units of round-off; at
+/// worst to `20 k^2` of them, and 1250 were seen, on St(200,100) for a vector of norm 100.
 const WELL_CONDITIONED: f64 = 0.05;
 
 /// Conditioning below which two passes are not enough either, and Householder reflections are used.
@@ -66,16 +67,20 @@ pub(crate) fn normal_frame(s: MatRef<'_, f64>, mut normal: MatMut<'_, f64>) -> M
     b
 }
 
-/// `V - S S^T V = Q R` by Cholesky's method, from `V` and `S^T V` alone and without `Q`; `None` if the normal part is too
-/// ill-conditioned, or too short beside `V`, for products with `R^{-1}`.
-pub(crate) fn normal_factor(v: MatRef<'_, f64>, along: MatRef<'_, f64>) -> Option<CholeskyQr> {
+/// The normal part `V - S A = Q R` by Cholesky's method, without `Q`, from `S^T V` and the coordinates `A` of the projection
+/// of `V` to the span of `S`; `None` if it is too ill-conditioned, or too short beside `V`, for products with `R^{-1}`.
+pub(crate) fn normal_factor(
+    v: MatRef<'_, f64>,
+    product: MatRef<'_, f64>,
+    along: MatRef<'_, f64>,
+) -> Option<CholeskyQr> {
     let (n, k) = v.shape();
     let size = norm(v);
     if normal_rank(n, k) < k || !(ROUND_OFF..HUGE).contains(&size) {
         return None;
     }
     let mut gram = gram(v);
-    mul_add(&mut gram, -1.0, along.transpose(), along);
+    mul_add(&mut gram, -1.0, product.transpose(), along);
     let factor = CholeskyQr::of_gram(gram.as_ref())?;
     let share = (norm(factor.r()) / size).powi(2);
     (factor.conditioning * share >= WELL_CONDITIONED).then_some(factor)

@@ -321,7 +321,7 @@ impl Stiefel {
 /// of size `eps |S^T V|` along `S`.
 const SHORT_NORMAL: f64 = 0.5;
 
-/// `V - S S^T V`, from `S^T V`.
+/// `V - S A`, from the coordinates `A` of the projection of `V` to the span of `S`.
 pub(super) fn set_normal_part(
     s: MatRef<'_, f64>,
     v: MatRef<'_, f64>,
