@@ -63,7 +63,8 @@ def test_the_derivative_does_not_jump_where_the_series_ends(near, rng, field):
     Z = numbers(below.shape, rng, field)
     Z /= np.linalg.norm(Z)
     jump = FRAME.variation(below, (), Z, ()) - FRAME.variation(above, (), Z, ())
-    assert np.abs(jump).max() < 1e-11
+    # 1.4e-13 in 1500 cases.
+    assert np.abs(jump).max() < 1e-12
 
 
 @pytest.mark.parametrize("defect", DEFECTS)
@@ -71,7 +72,8 @@ def test_the_derivative_is_symmetric(near, defect, rng, field):
     raw = near(defect)
     Z, W = (numbers(raw.shape, rng, field) for _ in range(2))
     inner = [np.sum(one.conj() * FRAME.variation(raw, (), other, ())).real for one, other in ((W, Z), (Z, W))]
-    assert inner[0] == pytest.approx(inner[1], rel=1e-11, abs=1e-11)
+    # 1.2e-14 in 9000 cases.
+    assert inner[0] == pytest.approx(inner[1], rel=1e-13, abs=1e-13)
 
 
 def test_coordinate_columns_are_their_own_projection():
