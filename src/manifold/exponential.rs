@@ -10,8 +10,8 @@ use faer::prelude::*;
 use faer::{Mat, MatRef};
 
 use super::metric::Metric;
-use super::normal_frame::{normal_factor, normal_frame, normal_rank};
-use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE, set_normal_part};
+use super::normal_frame::{normal_factor, normal_frame, normal_rank, set_normal_part};
+use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::error::Result;
 use crate::linalg::SkewExp;
 use crate::linalg::jet::{Jet, ORDER};
@@ -63,6 +63,7 @@ pub(super) struct Motion {
     pub(super) generator: Mat<f64>,
     /// `(1 - 2 w) A`, unless it is zero.
     pub(super) turning: Option<Mat<f64>>,
+    /// Columns of a point.
     pub(super) k: usize,
 }
 
@@ -80,7 +81,7 @@ impl Stiefel {
         let mut out = Mat::zeros(self.n(), self.k());
         match normal_factor(v, product.as_ref(), along.as_ref()) {
             Some(factor) => {
-                // With X = R^{-1} E_2, `S E_1 + Q E_2` is `S (E_1 - S^T V X) + V X`: `Q` is not needed.
+                // With X = R^{-1} E_2 and V = S A + Q R, `S E_1 + Q E_2` is `S (E_1 - A X) + V X`.
                 let omega = skew_part(product.as_ref());
                 let motion = Motion::new(omega.as_ref(), factor.r(), self.metric());
                 let mut end = motion.at(1.0)?;
@@ -260,7 +261,7 @@ impl Motion {
         }
     }
 
-    /// Coordinates of a point.
+    /// Coordinates of the point at `t`, shape `(k + p, k)`.
     fn at(&self, t: f64) -> Result<Mat<f64>> {
         let mut jet = Jet::zeros_up_to(0, self.generator.ncols(), self.k);
         self.coordinates_into(t, 0, &mut Flow::of(self), &mut jet)?;
@@ -268,7 +269,7 @@ impl Motion {
         Ok(point)
     }
 
-    /// Taylor coefficients of the coordinates.
+    /// Taylor coefficients of the coordinates at `t`, of shape `(k + p, k)`, up to the given order.
     fn coordinates_into(&self, t: f64, order: usize, flow: &mut Flow, out: &mut Jet) -> Result<()> {
         let k = self.k;
         flow.exp

@@ -1,11 +1,11 @@
-//! An orthonormal basis of the directions normal to the span of a curve's point.
+//! The part of a tangent vector that is normal to the span of its point, and orthonormal bases of such directions.
 
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
 
 use crate::linalg::decomp::thin_q;
 use crate::linalg::gram_factors::CholeskyQr;
-use crate::linalg::product::mul_add;
+use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::{gram, norm};
 
 /// Conditioning above which one pass of Cholesky's factorisation is orthonormal to some tens of units of round-off; at
@@ -15,15 +15,36 @@ const WELL_CONDITIONED: f64 = 0.05;
 /// Conditioning below which two passes are not enough either, and Householder reflections are used.
 const ILL_CONDITIONED: f64 = 1e-8;
 
-/// Normal parts below this get their frame from reflections, which make it orthogonal to the point in any case.
+/// Normal parts, or whole vectors, below this get their frame from reflections, which make it orthogonal to the point in any
+/// case.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Normal parts beyond this are factored by reflections, in scaled form: their squares may overflow.
+/// Normal parts, or whole vectors, beyond this are factored by reflections, in scaled form: their squares may overflow.
 const HUGE: f64 = 1e100;
+
+/// Normal parts shorter than this, relative to the part along `S`, are projected twice: one projection leaves a component
+/// of size `eps |S^T V|` along `S`.
+const SHORT_NORMAL: f64 = 0.5;
 
 /// Maximal number of normal directions of a curve from a point of `St(n, k)`: `min(k, n - k)`.
 pub(crate) fn normal_rank(n: usize, k: usize) -> usize {
     k.min(n - k)
+}
+
+/// `V - S A`, from the coordinates `A` of the projection of `V` to the span of `S`.
+pub(crate) fn set_normal_part(
+    s: MatRef<'_, f64>,
+    v: MatRef<'_, f64>,
+    along: MatRef<'_, f64>,
+    mut normal: MatMut<'_, f64>,
+) {
+    normal.copy_from(v);
+    mul_add(normal.rb_mut(), -1.0, s, along);
+    if norm(normal.rb()) < SHORT_NORMAL * norm(along) {
+        let mut rest = Mat::zeros(s.ncols(), s.ncols());
+        mul_into(&mut rest, 1.0, s.transpose(), normal.rb());
+        mul_add(normal, -1.0, s, &rest);
+    }
 }
 
 /// Replaces `normal` by an orthonormal `Q`, shape `(n, p)` with `p = min(k, n - k)`, orthogonal to `s`, whose span

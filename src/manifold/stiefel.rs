@@ -1,7 +1,6 @@
 //! `St(n, k)` with a metric: membership, projections, and the paper's parametrisation.
 
-use faer::reborrow::{Reborrow, ReborrowMut};
-use faer::{Mat, MatMut, MatRef};
+use faer::{Mat, MatRef};
 
 use super::metric::Metric;
 use crate::error::{Error, Result};
@@ -314,25 +313,6 @@ impl Stiefel {
             check_finite(name, matrix)?;
         }
         Ok(())
-    }
-}
-
-/// Normal parts shorter than this, relative to the part along `S`, are projected twice: one projection leaves a component
-/// of size `eps |S^T V|` along `S`.
-const SHORT_NORMAL: f64 = 0.5;
-
-/// `V - S A`, from the coordinates `A` of the projection of `V` to the span of `S`.
-pub(super) fn set_normal_part(
-    s: MatRef<'_, f64>,
-    v: MatRef<'_, f64>,
-    along: MatRef<'_, f64>,
-    mut normal: MatMut<'_, f64>,
-) {
-    normal.copy_from(v);
-    mul_add(normal.rb_mut(), -1.0, s, along);
-    if norm(normal.rb()) < SHORT_NORMAL * norm(along) {
-        let rest = gram_of(s, normal.rb());
-        mul_add(normal, -1.0, s, &rest);
     }
 }
 
