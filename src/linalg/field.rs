@@ -118,13 +118,20 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b <= a || a.is_nan() { a } else { b }
 }
 
-/// The largest absolute value of all numbers; NaN is propagated.
+/// The largest absolute value in each lane; NaN is propagated.
 #[inline(always)]
-pub(crate) fn largest<T: Field>(values: &[T]) -> f64 {
+pub(crate) fn largest_each<T: Field>(values: &[T]) -> T {
     let mut size = T::ZERO;
     for x in values {
         size = size.larger(*x);
     }
+    size
+}
+
+/// The largest absolute value of all numbers; NaN is propagated.
+#[inline(always)]
+pub(crate) fn largest<T: Field>(values: &[T]) -> f64 {
+    let size = largest_each(values);
     (0..T::COUNT).fold(0.0, |all, lane| larger(all, size.lane(lane)))
 }
 

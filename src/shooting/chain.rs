@@ -4,6 +4,7 @@ use super::condensed_leg::{CondensedLeg, Condensing};
 use super::leg::{Leg, Scratch};
 use super::orders::{MOST, Orders};
 use super::room::Room;
+use super::rotation_series::is_of_rotations;
 use super::variation::{MORE_TERMS, TERMS, TERMS_OF_ROTATIONS};
 use crate::legs::Knots;
 use crate::linalg::field::{Field, larger, largest};
@@ -311,9 +312,4 @@ fn terms(space: impl Homogeneous, knots: &Knots<'_>) -> usize {
         true if is_of_rotations(space) => TERMS_OF_ROTATIONS,
         true => TERMS,
     }
-}
-
-/// Whether points are rotations in space.
-pub(super) fn is_of_rotations(space: impl Homogeneous) -> bool {
-    space.size() == 3 && space.isotropy_dim() == 0
 }

@@ -126,7 +126,7 @@ impl<'a, T: Field> Leg<'a, T> {
             wanted,
         } = scratch;
         series.set_curve(space, self.middle(), self.tension, order);
-        series.reached_into(space, order, reached);
+        let tail = series.reached_into(space, order, reached);
         // With u = target^T g at the end, and its part q in H, the displacement of the end is the logarithm of q^T u.
         transposed_multiply(r, self.target, reached, u);
         space.isotropy_part_into(u, self.holonomy);
@@ -153,7 +153,7 @@ impl<'a, T: Field> Leg<'a, T> {
             series.at_ends(d, order + 3, derivative, [first, reached]);
             space.turn_into(self.holonomy, reached, last);
         }
-        self.residual.tail = series.tail(space, order);
+        self.residual.tail = series.curve_tail(space, order).larger(tail);
         let Residual {
             velocities: [first, last],
             point,

@@ -9,7 +9,7 @@ use super::leg_equations::combined;
 use super::linear_curve::{LinearCurve, Part};
 use super::linear_leg::{LinearLeg, Response};
 use crate::curve::barycentric::Barycentric;
-use crate::linalg::field::{Field, accumulate, factor, substitute};
+use crate::linalg::field::{Field, accumulate, factor, largest_each, substitute};
 use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
 
@@ -139,8 +139,7 @@ impl<T: Field> Solved<T> {
             *x = -*x;
         }
         accumulate(matrix, wide, solution, all, right);
-        let size = |x: &[T]| x.iter().fold(T::ZERO, |size, x| size.larger(*x));
-        let (solution, rest) = (size(solution), size(right));
+        let (solution, rest) = (largest_each(solution), largest_each(right));
         let lanes = (0..T::COUNT).map(|lane| [solution.lane(lane), rest.lane(lane)]);
         lanes
             .map(|[solution, rest]| {

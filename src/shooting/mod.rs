@@ -40,6 +40,7 @@ mod newton_step;
 mod orders;
 mod place;
 mod room;
+mod rotation_series;
 mod second_derivative;
 mod series;
 mod solve;

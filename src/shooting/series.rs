@@ -3,9 +3,14 @@
 use std::ops::Range;
 
 use super::brackets::{isotropy_bracket_into, minus_bracket_into, subtract_action};
-use crate::linalg::field::{Field, set_identity, transposed_multiply};
+use super::orders::MOST;
+use super::rotation_series::{
+    extend_matrices, extend_quaternions, is_of_rotations, rotation_reached_into, sum_of_brackets,
+    write_rotation,
+};
+use crate::linalg::field::{Field, largest_each, set_identity, transposed_multiply};
 use crate::linalg::simd::vectorised;
-use crate::space::{Homogeneous, Products, SLACK, axis, write_row};
+use crate::space::{Homogeneous, Products, SLACK, skew, write_row};
 
 /// Coefficients of `x` and of the frame `g` in powers of `s`, the time from the middle of the leg.
 ///
@@ -91,7 +96,16 @@ impl<T: Field> Series<T> {
         let (known, next) = self.x.split_at_mut((k + 3) * d);
         let next = &mut next[..d];
         let matrices = &self.matrices;
-        minus_bracket_into(space, bracket_pairs(matrices, square, k + 1), next);
+        match is_of_rotations(space) {
+            true => {
+                let product = skew(sum_of_brackets(matrices, k + 2));
+                space.each_entry(
+                    #[inline(always)]
+                    |p, i, j| next[p] = -product[i * 3 + j],
+                );
+            }
+            false => minus_bracket_into(space, bracket_pairs(matrices, square, k + 1), next),
+        }
         for x in &mut *next {
             *x = *x * (k + 1) as f64;
         }
@@ -128,36 +142,10 @@ impl<T: Field> Series<T> {
         vectorised(
             #[inline(always)]
             || match space.size() {
-                3 => self.set_rotation_coefficients(powers),
+                3 => extend_matrices(&self.matrices, &mut self.frames, powers),
                 _ => self.set_frame_coefficients(space, powers),
             },
         );
-    }
-
-    /// In three dimensions, where the rows of `g x` are cross products: sums of [`Self::set_frame_coefficients`] without the
-    /// zeros, in the same order.
-    #[inline(always)]
-    fn set_rotation_coefficients(&mut self, powers: Range<usize>) {
-        for k in powers {
-            let (known, next) = self.frames.split_at_mut((k + 1) * 9);
-            let late = self.matrices[..(k + 1) * 9].chunks_exact(9).rev();
-            let mut sums = [T::ZERO; 9];
-            for (g, x) in known.chunks_exact(9).zip(late) {
-                let [x, y, z] = axis(x);
-                for (sum, g) in sums.chunks_exact_mut(3).zip(g.chunks_exact(3)) {
-                    sum[0] += g[1] * z;
-                    sum[0] -= g[2] * y;
-                    sum[1] -= g[0] * z;
-                    sum[1] += g[2] * x;
-                    sum[2] += g[0] * y;
-                    sum[2] -= g[1] * x;
-                }
-            }
-            let factor = 1.0 / (k + 1) as f64;
-            for (next, sum) in next.iter_mut().zip(sums) {
-                *next = sum * factor;
-            }
-        }
     }
 
     #[inline(always)]
@@ -193,20 +181,25 @@ impl<T: Field> Series<T> {
         }
     }
 
-    /// The frame at the last end relative to the one at the first end, after the series of `x`.
+    /// The frame at the last end relative to the one at the first end, after the series of `x`; returns the contribution of
+    /// the last two terms to the rate of rotation there.
     #[inline(always)]
-    pub(super) fn reached_into(&mut self, space: impl Homogeneous, order: usize, out: &mut [T]) {
-        self.set_turns(space, order);
-        let (r, size) = (space.size(), turn_size(space));
-        let turns = &self.frames[..(order + 1) * size];
+    pub(super) fn reached_into(
+        &mut self,
+        space: impl Homogeneous,
+        order: usize,
+        out: &mut [T],
+    ) -> T {
+        let r = space.size();
         if r == 3 {
-            let [mut first, mut last] = [[T::ZERO; 4]; 2];
-            at_ends(turns, size, 0, [&mut first, &mut last]);
-            return write_rotation(relative(&first, &last), out);
+            return rotation_reached_into(&self.matrices, order, &mut self.frames, out);
         }
-        let (mut first, mut last) = (vec![T::ZERO; size], vec![T::ZERO; size]);
-        at_ends(turns, size, 0, [&mut first, &mut last]);
+        self.set_frames(space, order);
+        let (mut first, mut last) = (vec![T::ZERO; r * r], vec![T::ZERO; r * r]);
+        let frames = &self.frames[..(order + 1) * r * r];
+        at_ends(frames, r * r, 0, [&mut first, &mut last]);
         transposed_multiply(r, &first, &last, out);
+        self.frame_tail(r * r, order)
     }
 
     /// Computes the frames up to a power, after the series of `x`: unit quaternions in three dimensions, matrices
@@ -218,44 +211,15 @@ impl<T: Field> Series<T> {
         }
         self.frames[0] = T::constant(1.0);
         self.frames[1..4].fill(T::ZERO);
-        self.extend_quaternions(0..power);
+        extend_quaternions(&self.matrices, &mut self.frames, 0..power);
     }
 
     /// Computes the coefficients `k + 1` of [`Series::set_turns`] for `k` in `powers`, after all before them.
     #[inline(always)]
     pub(super) fn extend_turns(&mut self, space: impl Homogeneous, powers: Range<usize>) {
         match space.size() {
-            3 => self.extend_quaternions(powers),
+            3 => extend_quaternions(&self.matrices, &mut self.frames, powers),
             _ => self.extend_frames(space, powers),
-        }
-    }
-
-    /// Unit quaternions instead of rotations in three dimensions: `p' = p x / 2`.
-    #[inline(always)]
-    fn extend_quaternions(&mut self, powers: Range<usize>) {
-        for k in powers {
-            let mut sums = [T::ZERO; 4];
-            let known = self.frames[..(k + 1) * 4].chunks_exact(4);
-            let late = self.matrices[..(k + 1) * 9].chunks_exact(9).rev();
-            for (p, x) in known.zip(late) {
-                let [x, y, z] = axis(x);
-                sums[0] -= p[1] * x;
-                sums[1] += p[0] * x;
-                sums[2] += p[0] * y;
-                sums[3] += p[0] * z;
-                sums[0] -= p[2] * y;
-                sums[1] += p[2] * z;
-                sums[2] += p[3] * x;
-                sums[3] += p[1] * y;
-                sums[0] -= p[3] * z;
-                sums[1] -= p[3] * y;
-                sums[2] -= p[1] * z;
-                sums[3] -= p[2] * x;
-            }
-            let factor = 0.5 / (k + 1) as f64;
-            for (p, sum) in self.frames[(k + 1) * 4..].iter_mut().zip(sums) {
-                *p = sum * factor;
-            }
         }
     }
 
@@ -277,18 +241,23 @@ impl<T: Field> Series<T> {
     /// [`Series::set_turns`].
     #[inline(always)]
     pub(super) fn tail(&self, space: impl Homogeneous, order: usize) -> T {
-        let (d, size) = (space.dim(), turn_size(space));
-        let power = 0.5_f64.powi(order as i32);
-        let curve = 0.5 * power * (order + 2) as f64;
-        let frame = 2.0 * power * order as f64;
-        let mut tail = T::ZERO;
-        for x in &self.x[(order + 1) * d..][..2 * d] {
-            tail = tail.larger(*x * curve);
-        }
-        for x in &self.frames[(order - 1) * size..][..2 * size] {
-            tail = tail.larger(*x * frame);
-        }
-        tail
+        let frame = self.frame_tail(turn_size(space), order);
+        self.curve_tail(space, order).larger(frame)
+    }
+
+    /// The largest contribution of the last two terms to `x'` at the ends.
+    #[inline(always)]
+    pub(super) fn curve_tail(&self, space: impl Homogeneous, order: usize) -> T {
+        let d = space.dim();
+        let weight = 0.5_f64.powi(order as i32 + 1) * (order + 2) as f64;
+        largest_each(&self.x[(order + 1) * d..][..2 * d]) * weight
+    }
+
+    /// The same for the frame's derivative, for coefficients of the given size.
+    #[inline(always)]
+    fn frame_tail(&self, size: usize, order: usize) -> T {
+        let weight = 2.0 * 0.5_f64.powi(order as i32) * order as f64;
+        largest_each(&self.frames[(order - 1) * size..][..2 * size]) * weight
     }
 }
 
@@ -350,32 +319,6 @@ fn product<T: Field>(a: T, b: T) -> T {
     b * a
 }
 
-/// `a^{-1} b` for unit quaternions.
-#[inline(always)]
-fn relative<T: Field>(a: &[T; 4], b: &[T; 4]) -> [T; 4] {
-    [
-        a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3],
-        a[0] * b[1] - a[1] * b[0] - a[2] * b[3] + a[3] * b[2],
-        a[0] * b[2] - a[2] * b[0] - a[3] * b[1] + a[1] * b[3],
-        a[0] * b[3] - a[3] * b[0] - a[1] * b[2] + a[2] * b[1],
-    ]
-}
-
-/// The rotation of a unit quaternion.
-#[inline(always)]
-fn write_rotation<T: Field>([w, x, y, z]: [T; 4], out: &mut [T]) {
-    let one = T::constant(1.0);
-    out[0] = one - (y * y + z * z) * 2.0;
-    out[1] = (x * y - w * z) * 2.0;
-    out[2] = (x * z + w * y) * 2.0;
-    out[3] = (x * y + w * z) * 2.0;
-    out[4] = one - (x * x + z * z) * 2.0;
-    out[5] = (y * z - w * x) * 2.0;
-    out[6] = (x * z - w * y) * 2.0;
-    out[7] = (y * z + w * x) * 2.0;
-    out[8] = one - (x * x + y * y) * 2.0;
-}
-
 /// The value or a derivative at `s = -1/2` and `1/2` of polynomials with the given coefficients, vectors of the given
 /// size.
 #[inline(always)]
@@ -385,26 +328,41 @@ pub(super) fn at_ends<T: Field>(
     derivative: usize,
     [first, last]: AtEnds<'_, T>,
 ) {
-    let mut weight = 1.0;
-    first[..size].fill(T::ZERO);
-    last[..size].fill(T::ZERO);
-    for (k, c) in coefficients.chunks_exact(size).enumerate().skip(derivative) {
-        let power = k - derivative;
-        let factor = weight * (power + 1..=k).map(|i| i as f64).product::<f64>();
-        // Even powers in one part, odd powers in the other.
-        let part = match power % 2 {
-            0 => &mut *first,
-            _ => &mut *last,
-        };
-        for (part, c) in part.iter_mut().zip(c) {
-            *part += *c * factor;
+    let pairs = coefficients[derivative * size..].chunks_exact(2 * size);
+    let rest = pairs.remainder();
+    let (weights, after) = AT_HALF[derivative].split_at(pairs.len());
+    for p in 0..size {
+        let (mut even, mut odd) = (T::ZERO, T::ZERO);
+        for (c, [w, v]) in pairs.clone().zip(weights) {
+            even += c[p] * *w;
+            odd += c[size + p] * *v;
         }
-        weight *= 0.5;
+        if let Some(c) = rest.get(p) {
+            even += *c * after[0][0];
+        }
+        (first[p], last[p]) = (even - odd, even + odd);
     }
-    for (first, last) in first.iter_mut().zip(last).take(size) {
-        let (even, odd) = (*first, *last);
-        (*first, *last) = (even - odd, even + odd);
+}
+
+/// The derivatives of order up to two of the powers of `s` from the order on, at `s = 1/2`, in pairs.
+const AT_HALF: [[[f64; 2]; MOST_PAIRS]; 3] = [at_half(0), at_half(1), at_half(2)];
+
+/// Half of the largest number of coefficients of a series.
+const MOST_PAIRS: usize = MOST / 2 + 8;
+
+const fn at_half(derivative: usize) -> [[f64; 2]; MOST_PAIRS] {
+    let mut weights = [[0.0; 2]; MOST_PAIRS];
+    let (mut power, mut value) = (0, 1.0);
+    while power < 2 * MOST_PAIRS {
+        let (mut weight, mut i) = (value, 1);
+        while i <= derivative {
+            weight *= (power + i) as f64;
+            i += 1;
+        }
+        weights[power / 2][power % 2] = weight;
+        (power, value) = (power + 1, 0.5 * value);
     }
+    weights
 }
 
 #[cfg(test)]

@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use super::chain::{Group, is_of_rotations};
+use super::chain::Group;
+use super::rotation_series::is_of_rotations;
 use super::series::{Series, at_ends};
 use crate::legs::{Curves, Dense, Polynomials, RotationSeries};
 use crate::linalg::field::{Field, transposed_multiply};

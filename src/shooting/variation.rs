@@ -169,13 +169,13 @@ impl<T: Field> Variation<T> {
             }
             let at_nodes = self.at_nodes.chunks_exact_mut(d * wide);
             for ((s, _), out) in self.nodes.iter().zip(at_nodes) {
-                first.fill(T::Columns::ZERO);
-                let mut power = 1.0;
-                for term in self.terms[..count * d].chunks_exact(d) {
-                    for (x, term) in first.iter_mut().zip(term) {
-                        *x += *term * power;
+                for (p, x) in first.iter_mut().enumerate() {
+                    let (mut sum, mut power) = (T::Columns::ZERO, 1.0);
+                    for term in self.terms[..count * d].chunks_exact(d) {
+                        sum += term[p] * power;
+                        power *= *s;
                     }
-                    power *= *s;
+                    *x = sum;
                 }
                 write(first, out);
             }
@@ -233,8 +233,12 @@ impl<T: Field> Variation<T> {
             let pairs = |s: usize| {
                 let changed = (0..=s + 1).filter(move |i| is_changed(*i) && 2 * i != s + 1);
                 changed.map(move |i| {
-                    let weight = (s + 1) as f64 - 2.0 * i as f64;
-                    (weight, &changes[i * square..], &x[(s + 1 - i) * square..])
+                    let weight = (s + 1) as i32 - 2 * i as i32;
+                    (
+                        f64::from(weight),
+                        &changes[i * square..],
+                        &x[(s + 1 - i) * square..],
+                    )
                 })
             };
             minus_bracket_into(space, pairs(k + 1), next);

@@ -138,7 +138,13 @@ where
         sums[1] -= ax * bz;
         sums[2] -= ay * bx;
     }
-    let ([x, y, z], zero) = (sums, X::ZERO);
+    skew(sums)
+}
+
+/// The skew matrix of size three with the given axial vector.
+#[inline(always)]
+pub(crate) fn skew<T: Number>([x, y, z]: [T; 3]) -> [T; 9] {
+    let zero = T::ZERO;
     [zero, -z, y, z, zero, -x, -y, x, zero]
 }
 
