@@ -53,6 +53,8 @@ mod variation;
 #[cfg(test)]
 mod descent_tests;
 #[cfg(test)]
+mod rotation_tests;
+#[cfg(test)]
 mod tests;
 
 pub(crate) use chain_knots::ChainKnots;

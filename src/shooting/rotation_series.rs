@@ -1,9 +1,10 @@
 //! Series in three dimensions, where skew matrices are vectors and brackets are cross products.
 
-use std::ops::Range;
+use std::ops::{Mul, Range};
 
+use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, largest_each};
-use crate::space::{Homogeneous, axis};
+use crate::space::{Homogeneous, axis, skew};
 
 /// Whether points are rotations in space.
 pub(super) fn is_of_rotations(space: impl Homogeneous) -> bool {
@@ -163,6 +164,50 @@ pub(super) fn sum_of_brackets<T: Field>(x: &[T], sum: usize) -> [T; 3] {
     sums
 }
 
+/// Coefficients `i` of `x`, by which changes of coefficients `j` are multiplied where `i + j` is one less than their number: axial
+/// vectors times `i - j`, by `j`.
+#[inline(always)]
+pub(super) fn weigh<T: Field>(matrices: &[T], weighted: &mut [T]) {
+    let count = weighted.len() / 3;
+    let late = matrices[..count * 9].chunks_exact(9).rev();
+    let mut weight = count as f64 - 1.0;
+    for (x, out) in late.zip(weighted.chunks_exact_mut(3)) {
+        for (out, x) in out.iter_mut().zip(axis(x)) {
+            *out = x * weight;
+        }
+        weight -= 2.0;
+    }
+}
+
+/// Adds the cross products of pairs of axial vectors.
+#[inline(always)]
+pub(super) fn add_cross_products<X, Y>(a: &[X], b: &[Y], sums: &mut [X; 3])
+where
+    X: Number + Mul<Y, Output = X>,
+    Y: Number,
+{
+    let [mut x, mut y, mut z] = *sums;
+    for (a, b) in a.chunks_exact(3).zip(b.chunks_exact(3)) {
+        x += a[1] * b[2];
+        y += a[2] * b[0];
+        z += a[0] * b[1];
+        x -= a[2] * b[1];
+        y -= a[0] * b[2];
+        z -= a[1] * b[0];
+    }
+    *sums = [x, y, z];
+}
+
+/// Replaces an axial vector by the coordinates of its skew matrix.
+#[inline(always)]
+pub(super) fn set_coordinates<T: Number>(space: impl Homogeneous, v: &mut [T]) {
+    let matrix = skew([v[0], v[1], v[2]]);
+    space.each_entry(
+        #[inline(always)]
+        |p, i, j| v[p] = matrix[i * 3 + j],
+    );
+}
+
 /// The rotation of a unit quaternion.
 #[inline(always)]
 pub(super) fn write_rotation<T: Field>([w, x, y, z]: [T; 4], out: &mut [T]) {
@@ -176,119 +221,4 @@ pub(super) fn write_rotation<T: Field>([w, x, y, z]: [T; 4], out: &mut [T]) {
     out[6] = (x * z - w * y) * 2.0;
     out[7] = (y * z + w * x) * 2.0;
     out[8] = one - (x * x + y * y) * 2.0;
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::brackets::minus_bracket_into;
-    use super::super::series::{Series, at_ends};
-    use super::*;
-    use crate::linalg::field::{largest, transposed_multiply};
-    use crate::space::{FixedFrames, Subspaces};
-
-    const ORDER: usize = 40;
-
-    /// `x, x', x''` at a middle: general, at rest, turning about one axis, and with zeros.
-    fn middles(d: usize) -> Vec<[Vec<f64>; 3]> {
-        let entry = |seed: f64| (0..d).map(|p| (seed + 1.9 * p as f64).sin()).collect();
-        let one = |value: f64| (0..d).map(|p| if p == 0 { value } else { 0.0 }).collect();
-        vec![
-            [1.0, 2.3, 5.7].map(entry),
-            [0.0, 0.0, 0.0].map(one),
-            [3.0, 1.0, -2.0].map(one),
-            [one(1.5), entry(0.4), one(0.0)],
-            [one(0.0), one(0.0), entry(1.1)],
-        ]
-    }
-
-    /// The rotation between the ends is that of the frames there, for every parity of the order.
-    #[test]
-    fn rotations_between_the_ends_are_those_of_the_frames() {
-        fn compare(space: impl Homogeneous) {
-            for middle in middles(space.dim()) {
-                for order in [ORDER, ORDER + 1] {
-                    let mut series = Series::new(space, order);
-                    let middle = middle.each_ref().map(Vec::as_slice);
-                    series.set_curve(space, middle, None, order);
-                    let [mut found, mut expected, mut first, mut last] = [[0.0; 9]; 4];
-                    let tail = series.reached_into(space, order, &mut found);
-                    series.set_frames(space, order);
-                    let frames = &series.frames[..(order + 1) * 9];
-                    at_ends(frames, 9, 0, [&mut first, &mut last]);
-                    transposed_multiply(3, &first, &last, &mut expected);
-                    for (x, y) in found.iter_mut().zip(expected) {
-                        *x -= y;
-                    }
-                    assert!(largest(&found) < 4e-15, "{:e}", largest(&found));
-                    assert!(tail < 1e-14, "{tail:e}");
-                }
-            }
-        }
-        compare(FixedFrames::<3, 2>);
-        compare(FixedFrames::<3, 1>);
-        compare(Subspaces { r: 3, k: 1 });
-    }
-
-    /// A constant rate turns by itself, also beyond half turns and by whole ones.
-    #[test]
-    fn constant_rates_are_exact() {
-        for angle in [0.0, 1e-8, 1.0, std::f64::consts::PI, 6.5] {
-            let mut matrices = vec![0.0; (ORDER + 3) * 9];
-            (matrices[2], matrices[6]) = (angle, -angle);
-            let (mut spans, mut found) = (vec![0.0; 2 * ORDER + 8], [0.0; 9]);
-            rotation_reached_into(&matrices, ORDER, &mut spans, &mut found);
-            let (sin, cos) = angle.sin_cos();
-            for (x, y) in found
-                .iter_mut()
-                .zip([cos, 0.0, sin, 0.0, 1.0, 0.0, -sin, 0.0, cos])
-            {
-                *x -= y;
-            }
-            assert!(largest(&found) < 4e-15, "{angle}: {:e}", largest(&found));
-        }
-    }
-
-    /// The last terms tell how far a short series is from the rotation.
-    #[test]
-    fn last_terms_measure_the_truncation() {
-        let space = FixedFrames::<3, 2>;
-        let middle = [1.0, 2.3, 5.7].map(|seed: f64| [seed.sin(), seed.cos(), 0.4 * seed]);
-        let middle = middle.each_ref().map(<[f64; 3]>::as_slice);
-        let [mut exact, mut found] = [[0.0; 9]; 2];
-        let mut series = Series::new(space, ORDER);
-        series.set_curve(space, middle, None, ORDER);
-        series.reached_into(space, ORDER, &mut exact);
-        for order in [6, 9, 12, 15] {
-            let tail = series.reached_into(space, order, &mut found);
-            let errors = exact.iter().zip(found).map(|(x, y)| (x - y).abs());
-            let error = errors.fold(0.0, f64::max);
-            assert!(
-                error < tail && tail < 1e4 * error,
-                "{order}: {error:e} {tail:e}"
-            );
-        }
-    }
-
-    /// Small integers are exact in any order of summation.
-    #[test]
-    fn sums_of_brackets_are_those_of_all_matrices() {
-        let space = FixedFrames::<3, 2>;
-        let mut matrices = vec![0.0; 9 * 9 + 8];
-        for (i, matrix) in matrices.chunks_exact_mut(9).enumerate() {
-            let entry = |j: usize| ((5 * i + 3 * j) % 7) as f64 - 3.0;
-            matrix.copy_from_slice(&crate::space::skew([entry(0), entry(1), entry(2)]));
-        }
-        for sum in 1..8_usize {
-            let pairs = (0..sum.div_ceil(2)).map(|i| {
-                let weight = (sum - 2 * i) as f64;
-                (weight, &matrices[i * 9..], &matrices[(sum - i) * 9..])
-            });
-            let mut expected = [0.0; 3];
-            minus_bracket_into(space, pairs, &mut expected);
-            let product = crate::space::skew(sum_of_brackets(&matrices, sum));
-            let mut found = [0.0; 3];
-            space.each_entry(|p, i, j| found[p] = -product[i * 3 + j]);
-            assert_eq!(found, expected, "{sum}");
-        }
-    }
 }

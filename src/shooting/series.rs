@@ -299,6 +299,30 @@ pub(super) fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &
     }
 }
 
+/// The values at `-s` and `s`.
+#[inline(always)]
+pub(super) fn at_opposite_times<T: Field>(
+    coefficients: &[T],
+    size: usize,
+    s: f64,
+    [before, after]: AtEnds<'_, T>,
+) {
+    let pairs = coefficients.chunks_exact(2 * size);
+    let rest = pairs.remainder();
+    for p in 0..size {
+        let (mut even, mut odd, mut power) = (T::ZERO, T::ZERO, 1.0);
+        for c in pairs.clone() {
+            even += c[p] * power;
+            odd += c[size + p] * (power * s);
+            power *= s * s;
+        }
+        if let Some(c) = rest.get(p) {
+            even += *c * power;
+        }
+        (before[p], after[p]) = (even - odd, even + odd);
+    }
+}
+
 /// The pairs of `w_s`, with their weights.
 #[inline(always)]
 fn bracket_pairs<T>(

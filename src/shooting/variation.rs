@@ -3,11 +3,12 @@
 use std::borrow::Cow;
 
 use super::brackets::{isotropy_bracket_into, minus_bracket_into, subtract_action};
-use super::series::{Series, at_ends, value_at};
+use super::rotation_series::{add_cross_products, is_of_rotations, set_coordinates, weigh};
+use super::series::{Series, at_ends, at_opposite_times, value_at};
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, accumulate, transposed_multiply};
 use crate::linalg::simd::vectorised;
-use crate::space::Homogeneous;
+use crate::space::{Homogeneous, axis};
 
 /// Number of terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations
 /// up to 1.2 rad apart take ten steps instead of seven; six do not save any.
@@ -59,8 +60,10 @@ pub(super) struct Variation<T: Field> {
     pub(super) eta: Vec<T>,
     nodes: Cow<'static, [Node]>,
     /// Coefficients of the change of `x` for a few columns at once, as vectors and as matrices; and of the change of
-    /// `w_h`.
+    /// `w_h`. For rotations as axial vectors for all columns, a few after the other, and the coefficients by which they are
+    /// multiplied.
     terms: Vec<T::Columns>,
+    weighted: Vec<T>,
     matrices: Vec<T::Columns>,
     isotropy: Vec<T::Columns>,
     run: Vec<T::Columns>,
@@ -92,13 +95,18 @@ impl<T: Field> Variation<T> {
             space.isotropy_dim(),
             space.size() * space.size(),
         );
+        let kept = match is_of_rotations(space) {
+            true => (3 * d).div_ceil(T::COLUMNS),
+            false => 1,
+        };
         let zeros = |count: usize| vec![T::ZERO; count];
         let columns = |count: usize| vec![T::Columns::ZERO; count];
         let wide = || std::array::from_fn(|_| zeros(3 * d * d));
         Variation {
             ends: (0..wanted).map(|_| wide()).collect(),
             eta: zeros((d + h) * 3 * d),
-            terms: columns((terms + 3) * d),
+            terms: columns((terms + 3) * d * kept),
+            weighted: zeros(if kept > 1 { 3 * (terms + 3) } else { 0 }),
             matrices: columns((terms + 3) * square),
             isotropy: columns(terms * square),
             run: columns(d.max(h)),
@@ -150,8 +158,19 @@ impl<T: Field> Variation<T> {
     ) {
         let d = space.dim();
         let (wide, count) = (3 * d, terms + 3);
+        let is_of_rotations = is_of_rotations(space);
+        if is_of_rotations {
+            self.set_axes(space, series, tension, terms);
+        }
         for column in (0..wide).step_by(T::COLUMNS) {
-            self.set_terms(space, series, tension, column, terms);
+            let from = match is_of_rotations {
+                true => column / T::COLUMNS * count * d,
+                false => {
+                    self.set_terms(space, series, tension, column, terms);
+                    0
+                }
+            };
+            let all = &self.terms[from..][..count * d];
             let abreast = T::COLUMNS.min(wide - column);
             let write = |values: &[T::Columns], out: &mut [T]| {
                 for (value, row) in values.iter().zip(out.chunks_exact_mut(wide)) {
@@ -162,22 +181,26 @@ impl<T: Field> Variation<T> {
             };
             let [first, last] = &mut self.values;
             for (derivative, out) in self.ends.iter_mut().enumerate() {
-                at_ends(&self.terms[..count * d], d, derivative, [first, last]);
+                at_ends(all, d, derivative, [first, last]);
+                if is_of_rotations {
+                    set_coordinates(space, first);
+                    set_coordinates(space, last);
+                }
                 for (out, values) in out.iter_mut().zip([&*first, &*last]) {
                     write(values, out);
                 }
             }
-            let at_nodes = self.at_nodes.chunks_exact_mut(d * wide);
-            for ((s, _), out) in self.nodes.iter().zip(at_nodes) {
-                for (p, x) in first.iter_mut().enumerate() {
-                    let (mut sum, mut power) = (T::Columns::ZERO, 1.0);
-                    for term in self.terms[..count * d].chunks_exact(d) {
-                        sum += term[p] * power;
-                        power *= *s;
-                    }
-                    *x = sum;
+            // Nodes are symmetric about the middle.
+            for (node, (s, _)) in self.nodes.iter().enumerate().skip(self.nodes.len() / 2) {
+                at_opposite_times(all, d, *s, [first, last]);
+                if is_of_rotations {
+                    set_coordinates(space, first);
+                    set_coordinates(space, last);
                 }
-                write(first, out);
+                let opposite = self.nodes.len() - 1 - node;
+                for (node, values) in [(opposite, &*first), (node, &*last)] {
+                    write(values, &mut self.at_nodes[node * d * wide..][..d * wide]);
+                }
             }
         }
     }
@@ -198,6 +221,55 @@ impl<T: Field> Variation<T> {
                 }
             },
         );
+    }
+
+    /// Coefficients of the change of `x` for changes of the three given coefficients, as axial vectors of rotations.
+    #[inline(always)]
+    fn set_axes(
+        &mut self,
+        space: impl Homogeneous,
+        series: &Series<T>,
+        tension: Option<T>,
+        terms: usize,
+    ) {
+        let count = (terms + 3) * 3;
+        for (group, axes) in self.terms.chunks_exact_mut(count).enumerate() {
+            axes[..9].fill(T::Columns::ZERO);
+            for (i, column) in (group * T::COLUMNS..9).take(T::COLUMNS).enumerate() {
+                let (level, p) = (column / 3, column % 3);
+                let (mut unit, mut matrix) = ([0.0; 3], [0.0; 9]);
+                unit[p] = if level < 2 { 1.0 } else { 0.5 };
+                space.matrix_into(&unit, &mut matrix);
+                for (out, x) in axes[3 * level..].iter_mut().zip(axis(&matrix)) {
+                    T::set_column(out, i, x);
+                }
+            }
+        }
+        for k in 0..terms {
+            let weighted = &mut self.weighted[..3 * (k + 3)];
+            weigh(&series.matrices, weighted);
+            let factor = 1.0 / ((k + 3) * (k + 2)) as f64;
+            for (group, axes) in self.terms.chunks_exact_mut(count).enumerate() {
+                let columns = group * T::COLUMNS..9.min((group + 1) * T::COLUMNS);
+                let levels = columns.start / 3..(columns.end - 1) / 3 + 1;
+                let (known, next) = axes.split_at_mut(3 * (k + 3));
+                let mut sums = [T::Columns::ZERO; 3];
+                // Only the given coefficients that belong to the columns change.
+                let given = 3 * levels.start..3 * levels.end.min(k + 3);
+                add_cross_products(&known[given.clone()], &weighted[given], &mut sums);
+                if k > 0 {
+                    add_cross_products(&known[9..], &weighted[9..], &mut sums);
+                }
+                if let Some(tension) = tension {
+                    for (sum, x) in sums.iter_mut().zip(&known[3 * (k + 1)..]) {
+                        *sum -= *x * tension;
+                    }
+                }
+                for (next, sum) in next.iter_mut().zip(sums) {
+                    *next = -sum * factor;
+                }
+            }
+        }
     }
 
     /// Coefficients of the change of `x` for changes of the three given coefficients, for a few columns from `column`
