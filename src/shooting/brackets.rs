@@ -2,6 +2,7 @@
 
 use std::ops::Mul;
 
+use super::rotation_series::is_of_rotations;
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
 use crate::space::{Brackets, Homogeneous, Products, cross_products, write_row};
@@ -19,7 +20,7 @@ pub(super) fn minus_bracket_into<'a, X, Y>(
     if space.is_symmetric() {
         return out.fill(X::ZERO);
     }
-    if space.size() == 3 && space.isotropy_dim() == 0 {
+    if is_of_rotations(space) {
         let product = cross_products(pairs);
         return space.each_entry(
             #[inline(always)]

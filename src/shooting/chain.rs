@@ -9,7 +9,7 @@ use super::variation::{MORE_TERMS, TERMS, TERMS_OF_ROTATIONS};
 use crate::legs::Knots;
 use crate::linalg::field::{Field, larger, largest};
 use crate::linalg::simd::each;
-use crate::solve::block_tridiagonal::Factors;
+use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::space::Homogeneous;
 
 /// Consecutive legs, in groups of eight, with the residuals of their equations.
@@ -23,6 +23,7 @@ pub(super) struct Chain<'k, T: Field, S> {
     pub(super) jumps: Vec<f64>,
     /// Changes of the velocities by the step, and the linear system for them.
     pub(super) step: Vec<f64>,
+    pub(super) system: BlockTridiagonal,
     pub(super) factors: Option<Factors>,
     /// The largest residual.
     pub(super) size: f64,
@@ -46,8 +47,9 @@ pub(super) struct GroupProgress {
     pub(super) moved: f64,
     /// Allowed contribution of the last terms of its series in the last evaluation.
     pub(super) accuracy: f64,
-    /// Whether the linear equations must be set up anew.
+    /// Whether the linear equations must be set up anew, and whether the last linearisation did so.
     pub(super) is_stale: bool,
+    pub(super) is_new: bool,
 }
 
 impl GroupProgress {
@@ -58,6 +60,7 @@ impl GroupProgress {
             moved: f64::INFINITY,
             accuracy: f64::INFINITY,
             is_stale: true,
+            is_new: false,
         }
     }
 }
@@ -109,6 +112,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             velocities: velocities.to_vec(),
             jumps: Vec::new(),
             step: vec![0.0; velocities.len()],
+            system: system(space.dim(), knots),
             factors: None,
             size: f64::INFINITY,
         };
@@ -302,6 +306,18 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         let stale = self.groups.iter().filter(|group| group.progress.is_stale);
         (stale.count() * T::COUNT) as f64 * (series + columns.powi(3))
     }
+}
+
+/// The system for the changes of the velocities, with the rows of given velocities.
+fn system(d: usize, knots: &Knots<'_>) -> BlockTridiagonal {
+    let mut system = BlockTridiagonal::zeros(knots.count(), d);
+    for knot in (0..knots.count()).filter(|knot| knots.is_fixed(*knot)) {
+        let [_, diagonal, _] = system.row_mut(knot);
+        for p in 0..d {
+            diagonal[p * d + p] = 1.0;
+        }
+    }
+    system
 }
 
 /// Number of terms of the derivatives of legs. If tension lets velocities grow as `e^7` along a leg, four terms are

@@ -112,7 +112,7 @@ impl<'a, T: Field> Leg<'a, T> {
         self.middle.each_ref().map(|x| &**x)
     }
 
-    /// Computes the residuals from series of its order, which stay in the buffers.
+    /// Computes the residuals from series of its order; those of `x` stay in the buffers.
     #[inline(always)]
     pub(super) fn set_residual(&mut self, space: impl Homogeneous, scratch: &mut Scratch<T>) {
         let order = self.order;

@@ -75,13 +75,13 @@ impl<T: Field> LinearLeg<T> {
         let d = space.dim();
         let mut series = Series::new(space, LONGEST + MORE);
         // To the middle, by the series about the first end.
-        let order = resolve(space, first, tension, &mut series, false)?;
+        let order = resolve(space, first, tension, &mut series)?;
         let mut middle: State<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
         let mut before = vec![T::ZERO; d];
         for (derivative, x) in middle.iter_mut().enumerate() {
             series.at_ends(d, order + 3, derivative, [&mut before, x]);
         }
-        let known = resolve(space, &middle, tension, &mut series, true)?;
+        let known = resolve(space, &middle, tension, &mut series)?;
         let order = known + MORE;
         series.extend_curve(space, tension, known..order);
         extend_turns(space, &mut series, known..order + 2);
@@ -250,8 +250,7 @@ fn last<T: Field>(
     }
 }
 
-/// Sets the series of a curve about a time, and of its frames if `has_frames`, with as many terms as they need at both ends of a
-/// leg; `None` if these are too many.
+/// Sets the series of a curve about a time, with as many terms as it needs at both ends of a leg; `None` if these are too many.
 ///
 /// Variations need the terms that the speed predicts even where the curve does with fewer: at rest, or where its vectors
 /// commute.
@@ -260,7 +259,6 @@ fn resolve<T: Field>(
     state: &State<T>,
     tension: Option<T>,
     series: &mut Series<T>,
-    has_frames: bool,
 ) -> Option<usize> {
     let orders = Orders::finest();
     let views = state.each_ref().map(Vec::as_slice);
@@ -274,14 +272,8 @@ fn resolve<T: Field>(
             return None;
         }
         series.extend_curve(space, tension, known..order);
-        let tail = match has_frames {
-            true => {
-                extend_turns(space, series, known..order);
-                series.tail(space, order)
-            }
-            false => series.curve_tail(space, order),
-        };
-        let next = orders.more(more, largest(&[tail]));
+        extend_turns(space, series, known..order);
+        let next = orders.more(more, largest(&[series.tail(space, order)]));
         if next == more {
             return Some(order);
         }

@@ -6,7 +6,6 @@ use super::condensed_leg::CondensedLeg;
 use crate::legs::Ends;
 use crate::linalg::field::{Field, larger, largest};
 use crate::linalg::simd::each;
-use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::space::Homogeneous;
 
 impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
@@ -32,13 +31,14 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
                  progress,
                  ..
              }| {
+                progress.is_new = progress.is_stale;
                 if progress.is_stale {
                     linear.linearise(space, leg, terms, scratch, condensing);
                     progress.is_stale = false;
                 }
             },
         );
-        self.factors = self.velocity_system();
+        self.factor_velocity_system();
         self.factors.is_some()
     }
 
@@ -87,45 +87,44 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         &self.groups[leg / T::COUNT].linear
     }
 
-    /// The system for the changes of the velocities, block tridiagonal, from the accelerations at the knots; `None` if
-    /// it is singular.
-    fn velocity_system(&self) -> Option<Factors> {
-        let (d, count) = (self.space.dim(), self.knots.count());
-        let mut system = BlockTridiagonal::zeros(count, d);
-        for knot in 0..count {
-            let block = knot * d * d;
-            if self.knots.is_fixed(knot) {
-                for p in 0..d {
-                    system.diagonal[block + p * d + p] = 1.0;
-                }
-                continue;
+    /// Factors the system for the changes of the velocities, block tridiagonal, from the accelerations at the knots; the factors
+    /// are `None` if it is singular.
+    fn factor_velocity_system(&mut self) {
+        let d = self.space.dim();
+        let Chain {
+            knots,
+            groups,
+            system,
+            factors,
+            ..
+        } = self;
+        let is_new = |knot: usize| {
+            let mut legs = knots.legs_at(knot).into_iter().flatten();
+            legs.any(|leg| groups[leg / T::COUNT].progress.is_new)
+        };
+        let is_set = |knot: &usize| is_new(*knot) && !knots.is_fixed(*knot);
+        for knot in (0..knots.count()).filter(is_set) {
+            let [below, diagonal, above] = system.row_mut(knot);
+            for block in [&mut *below, &mut *diagonal, &mut *above] {
+                block.fill(0.0);
             }
-            let [before, after] = self.knots.legs_at(knot);
+            let [before, after] = knots.legs_at(knot);
+            let add = |leg: usize, end: usize, sign: f64, blocks: [&mut [f64]; 2]| {
+                let form = &groups[leg / T::COUNT].linear.by_velocities[end];
+                add_lane(d, form, leg % T::COUNT, sign / knots.lengths[leg], blocks);
+            };
             if let Some(leg) = before {
-                let (rate, lane) = (1.0 / self.knots.lengths[leg], leg % T::COUNT);
-                let form = &self.linear(leg).by_velocities[1];
-                for (p, form) in form.chunks_exact(2 * d).enumerate() {
-                    for q in 0..d {
-                        system.below[block + p * d + q] += form[q].lane(lane) * rate;
-                        system.diagonal[block + p * d + q] += form[d + q].lane(lane) * rate;
-                    }
-                }
+                add(leg, 1, 1.0, [below, diagonal]);
             }
             if let Some(leg) = after {
-                let (rate, lane) = (1.0 / self.knots.lengths[leg], leg % T::COUNT);
-                let form = &self.linear(leg).by_velocities[0];
-                for (p, form) in form.chunks_exact(2 * d).enumerate() {
-                    for q in 0..d {
-                        system.diagonal[block + p * d + q] -= form[q].lane(lane) * rate;
-                        system.above[block + p * d + q] -= form[d + q].lane(lane) * rate;
-                    }
-                }
+                add(leg, 0, -1.0, [diagonal, above]);
             }
         }
-        match self.knots.ends {
-            Ends::Open(_) => system.factored(),
-            Ends::Periodic => system.factored_cyclic(),
-        }
+        *factors = match (knots.ends, factors.take()) {
+            (Ends::Periodic, _) => system.clone().factored_cyclic(),
+            (Ends::Open(_), None) => system.factored(),
+            (Ends::Open(_), Some(mut factors)) => factors.update(system, is_new).map(|()| factors),
+        };
     }
 
     /// The changes of the velocities.
@@ -152,5 +151,26 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         }
         self.factors.as_ref()?.solve(&mut right);
         Some(right)
+    }
+}
+
+/// Adds a lane of a matrix of shape `(d, 2 d)`, times a factor, to two matrices of shape `(d, d)`.
+#[inline(always)]
+fn add_lane<T: Field>(
+    d: usize,
+    matrix: &[T],
+    lane: usize,
+    factor: f64,
+    [first, last]: [&mut [f64]; 2],
+) {
+    let blocks = first.chunks_exact_mut(d).zip(last.chunks_exact_mut(d));
+    for (row, (first, last)) in matrix.chunks_exact(2 * d).zip(blocks) {
+        let (by_first, by_last) = row.split_at(d);
+        for (out, x) in first.iter_mut().zip(by_first) {
+            *out += x.lane(lane) * factor;
+        }
+        for (out, x) in last.iter_mut().zip(by_last) {
+            *out += x.lane(lane) * factor;
+        }
     }
 }

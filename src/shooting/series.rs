@@ -26,7 +26,8 @@ pub(super) struct Series<T> {
     pub(super) matrices: Vec<T>,
     /// Coefficients of `w_h`, as skew matrices.
     pub(super) isotropy: Vec<T>,
-    /// Coefficients of the frame: matrices in row-major order, or quaternions after [`Series::set_turns`] in three dimensions.
+    /// Coefficients of the frame: matrices in row-major order. In three dimensions quaternions after [`Series::set_turns`], and those
+    /// of the rotation between opposite times after [`Series::reached_into`].
     pub(super) frames: Vec<T>,
     /// Buffer for a run of coordinates.
     run: Vec<T>,
@@ -371,7 +372,7 @@ pub(super) fn at_ends<T: Field>(
 /// The derivatives of order up to two of the powers of `s` from the order on, at `s = 1/2`, in pairs.
 const AT_HALF: [[[f64; 2]; MOST_PAIRS]; 3] = [at_half(0), at_half(1), at_half(2)];
 
-/// Half of the largest number of coefficients of a series.
+/// At least half of the largest number of coefficients of a series.
 const MOST_PAIRS: usize = MOST / 2 + 8;
 
 const fn at_half(derivative: usize) -> [[f64; 2]; MOST_PAIRS] {

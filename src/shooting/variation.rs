@@ -232,8 +232,10 @@ impl<T: Field> Variation<T> {
         tension: Option<T>,
         terms: usize,
     ) {
-        let count = (terms + 3) * 3;
-        for (group, axes) in self.terms.chunks_exact_mut(count).enumerate() {
+        // Fewer terms than allocated leave more room than groups of columns.
+        let (count, groups) = ((terms + 3) * 3, 9_usize.div_ceil(T::COLUMNS));
+        let all = &mut self.terms[..groups * count];
+        for (group, axes) in all.chunks_exact_mut(count).enumerate() {
             axes[..9].fill(T::Columns::ZERO);
             for (i, column) in (group * T::COLUMNS..9).take(T::COLUMNS).enumerate() {
                 let (level, p) = (column / 3, column % 3);
@@ -249,17 +251,15 @@ impl<T: Field> Variation<T> {
             let weighted = &mut self.weighted[..3 * (k + 3)];
             weigh(&series.matrices, weighted);
             let factor = 1.0 / ((k + 3) * (k + 2)) as f64;
-            for (group, axes) in self.terms.chunks_exact_mut(count).enumerate() {
+            for (group, axes) in all.chunks_exact_mut(count).enumerate() {
                 let columns = group * T::COLUMNS..9.min((group + 1) * T::COLUMNS);
                 let levels = columns.start / 3..(columns.end - 1) / 3 + 1;
                 let (known, next) = axes.split_at_mut(3 * (k + 3));
                 let mut sums = [T::Columns::ZERO; 3];
                 // Only the given coefficients that belong to the columns change.
-                let given = 3 * levels.start..3 * levels.end.min(k + 3);
+                let given = 3 * levels.start..3 * levels.end;
                 add_cross_products(&known[given.clone()], &weighted[given], &mut sums);
-                if k > 0 {
-                    add_cross_products(&known[9..], &weighted[9..], &mut sums);
-                }
+                add_cross_products(&known[9..], &weighted[9..], &mut sums);
                 if let Some(tension) = tension {
                     for (sum, x) in sums.iter_mut().zip(&known[3 * (k + 1)..]) {
                         *sum -= *x * tension;

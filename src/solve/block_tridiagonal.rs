@@ -8,6 +8,7 @@
 ///
 /// In a cyclic system, the first row's block `i - 1` and the last row's block `i + 1` belong to the unknown at the
 /// other end; in a plain one they are ignored.
+#[derive(Clone)]
 pub(crate) struct BlockTridiagonal {
     size: usize,
     pub(crate) below: Vec<f64>,
@@ -27,17 +28,30 @@ impl BlockTridiagonal {
         }
     }
 
+    /// Number of rows of blocks.
+    pub(crate) fn count(&self) -> usize {
+        self.diagonal.len() / self.size.pow(2)
+    }
+
+    /// The blocks of a row.
+    pub(crate) fn row_mut(&mut self, row: usize) -> [&mut [f64]; 3] {
+        let square = self.size.pow(2);
+        let blocks = [&mut self.below, &mut self.diagonal, &mut self.above];
+        blocks.map(|blocks| &mut blocks[row * square..][..square])
+    }
+
     /// The factors of the plain matrix; `None` if a block is singular.
-    pub(crate) fn factored(mut self) -> Option<Factors> {
-        let count = self.diagonal.len() / self.size.pow(2);
-        let inverses = self.eliminate(count)?;
-        Some(Factors {
+    pub(crate) fn factored(&self) -> Option<Factors> {
+        let blocks = || vec![0.0; self.diagonal.len()];
+        let mut factors = Factors {
             size: self.size,
-            below: self.below,
-            above: self.above,
-            inverses,
+            below: blocks(),
+            above: blocks(),
+            inverses: blocks(),
             border: None,
-        })
+        };
+        factors.update(self, |_| true)?;
+        Some(factors)
     }
 
     /// The factors of the cyclic matrix; `None` if a block is singular.
@@ -76,37 +90,6 @@ impl BlockTridiagonal {
         });
         Some(factors)
     }
-
-    /// Multiplies the blocks above the diagonal by the inverses of the diagonal blocks, and returns these inverses.
-    fn eliminate(&mut self, count: usize) -> Option<Vec<f64>> {
-        // Small sizes are compile-time constants: splines through 200 rotations then take 0.8 times as long.
-        match self.size {
-            2 => self.eliminate_sized(2, count),
-            3 => self.eliminate_sized(3, count),
-            d => self.eliminate_sized(d, count),
-        }
-    }
-
-    #[inline(always)]
-    fn eliminate_sized(&mut self, d: usize, count: usize) -> Option<Vec<f64>> {
-        let square = d * d;
-        let mut inverses = vec![0.0; count * square];
-        let mut product = vec![0.0; square];
-        for (block, inverse) in inverses.chunks_exact_mut(square).enumerate() {
-            let diagonal = &mut self.diagonal[block * square..][..square];
-            if block > 0 {
-                let below = &self.below[block * square..][..square];
-                let above = &self.above[(block - 1) * square..][..square];
-                subtract_product(d, below, above, d, diagonal);
-            }
-            invert(d, diagonal, inverse)?;
-            let above = &mut self.above[block * square..][..square];
-            product.fill(0.0);
-            add_product(d, inverse, above, d, &mut product);
-            above.copy_from_slice(&product);
-        }
-        Some(inverses)
-    }
 }
 
 /// A block tridiagonal matrix as a product of factors.
@@ -131,6 +114,59 @@ struct Border {
 }
 
 impl Factors {
+    /// Factors a plain matrix again of which only some rows have changed since; `None` if a block is singular, after which the
+    /// factors are of no use.
+    ///
+    /// Factors below a changed row change too. If the matrix is diagonally dominant they do so ever less, until they are the
+    /// same to the last digit.
+    pub(crate) fn update(
+        &mut self,
+        matrix: &BlockTridiagonal,
+        is_changed: impl Fn(usize) -> bool,
+    ) -> Option<()> {
+        debug_assert!(self.border.is_none(), "factors of a cyclic matrix");
+        // Small sizes are compile-time constants: splines through 200 rotations then take 0.8 times as long.
+        match self.size {
+            2 => self.update_sized(2, matrix, is_changed),
+            3 => self.update_sized(3, matrix, is_changed),
+            d => self.update_sized(d, matrix, is_changed),
+        }
+    }
+
+    #[inline(always)]
+    fn update_sized(
+        &mut self,
+        d: usize,
+        matrix: &BlockTridiagonal,
+        is_changed: impl Fn(usize) -> bool,
+    ) -> Option<()> {
+        let square = d * d;
+        let (mut pivot, mut share) = (vec![0.0; square], vec![0.0; square]);
+        let mut has_moved = false;
+        for row in 0..matrix.count() {
+            if !has_moved && !is_changed(row) {
+                continue;
+            }
+            let block = row * square..(row + 1) * square;
+            let below = &mut self.below[block.clone()];
+            below.copy_from_slice(&matrix.below[block.clone()]);
+            pivot.copy_from_slice(&matrix.diagonal[block.clone()]);
+            let (before, above) = self.above.split_at_mut(row * square);
+            if row > 0 {
+                let before = &before[(row - 1) * square..];
+                subtract_product(d, below, before, d, &mut pivot);
+            }
+            let inverse = &mut self.inverses[block.clone()];
+            invert(d, &mut pivot, inverse)?;
+            share.fill(0.0);
+            add_product(d, inverse, &matrix.above[block], d, &mut share);
+            let above = &mut above[..square];
+            has_moved = *above != *share;
+            above.copy_from_slice(&share);
+        }
+        Some(())
+    }
+
     /// Solves the system in place.
     pub(crate) fn solve(&self, b: &mut [f64]) {
         let d = self.size;
@@ -336,6 +372,34 @@ mod tests {
                 let left = residual(&system(count, d), cyclic, &x, &b);
                 assert!(left < 1e-13, "{count} blocks of {d}: {left:e}");
             }
+        }
+    }
+
+    /// Factors after a change of some rows are those of the new matrix, to the last digit.
+    #[test]
+    fn factors_of_changed_rows_are_those_of_the_matrix() {
+        for d in 1..5 {
+            let mut matrix = system(40, d);
+            let mut factors = matrix.factored().unwrap();
+            let changed = [0, 7, 8, 30, 39];
+            for row in changed {
+                for block in matrix.row_mut(row) {
+                    block.iter_mut().for_each(|x| *x *= 1.25);
+                }
+            }
+            // A row of a given unknown.
+            let [below, diagonal, above] = matrix.row_mut(7);
+            for block in [below, &mut *diagonal, above] {
+                block.fill(0.0);
+            }
+            diagonal.iter_mut().step_by(d + 1).for_each(|x| *x = 1.0);
+            factors
+                .update(&matrix, |row| changed.contains(&row))
+                .unwrap();
+            let expected = matrix.factored().unwrap();
+            assert_eq!(factors.below, expected.below);
+            assert_eq!(factors.above, expected.above);
+            assert_eq!(factors.inverses, expected.inverses);
         }
     }
 

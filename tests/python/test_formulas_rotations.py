@@ -121,6 +121,21 @@ def test_series(spline, tension):
     assert np.allclose(sum(c * s**k for k, c in enumerate(quaternions)), spline(t + s), atol=1e-11)
 
 
+def test_rotation_between_opposite_times(spline):
+    middle, s = 1.1, np.array([0.05, 0.2, 0.3])
+
+    def between(s):
+        return product(spline(middle - s) * [-1, -1, -1, 1], spline(middle + s))
+
+    ends = spline(middle - s, 1), spline(middle + s, 1)
+    even, odd = (ends[1] + ends[0]) / 2, (ends[1] - ends[0]) / 2
+    v, w = between(s)[:, :3], between(s)[:, 3:]
+    rates = np.hstack([w * even + np.cross(v, odd), -np.sum(even * v, axis=-1, keepdims=True)])
+    assert np.allclose(derivative(between, s), rates, atol=1e-9)
+    assert np.allclose(between(-s), between(s) * [-1, -1, -1, 1], atol=1e-14)
+    assert np.allclose(between(np.zeros(1)), [0, 0, 0, 1], atol=1e-14)
+
+
 def test_rotations_about_one_axis_are_cubics_of_the_angle():
     half = np.array([0.0, 0.4, 0.3, 0.9]) / 2
     spline = RotationSpline(KNOTS, np.stack([0 * half, 0 * half, np.sin(half), np.cos(half)], axis=-1))
