@@ -2,10 +2,9 @@
 
 use std::ops::Mul;
 
-use super::rotation_series::is_of_rotations;
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
-use crate::space::{Brackets, Homogeneous, Products, cross_products, write_row};
+use crate::space::{Brackets, Homogeneous, Products, write_row};
 
 /// `out = -(sum weight [x, y])_m`.
 #[inline(always)]
@@ -19,13 +18,6 @@ pub(super) fn minus_bracket_into<'a, X, Y>(
 {
     if space.is_symmetric() {
         return out.fill(X::ZERO);
-    }
-    if is_of_rotations(space) {
-        let product = cross_products(pairs);
-        return space.each_entry(
-            #[inline(always)]
-            |p, i, j| out[p] = -product[i * 3 + j],
-        );
     }
     // Coordinates are the negated entries of a row.
     space.each_run(

@@ -103,7 +103,8 @@ pub(super) fn rotation_reached_into<T: Field>(
         power *= 0.25;
     }
     write_rotation(sums, out);
-    // A rotation turns at twice the rate of its quaternion, and each end contributes half of it; the last power of `v` is `2 count - 1`.
+    // A rotation turns at twice the rate of its quaternion, and each end contributes half of it; the last power of `v` is `2 count
+    // - 1`.
     let weight = 0.25_f64.powi(count as i32 - 1) * (2 * count - 1) as f64;
     largest_each(&spans[(count - 1) * 4..]) * weight
 }
@@ -136,12 +137,7 @@ fn set_span<T: Field>(matrices: &[T], pair: usize, spans: &mut [T]) {
         sums[0] += span[0] * x;
         sums[1] += span[0] * y;
         sums[2] += span[0] * z;
-        sums[0] += span[2] * c;
-        sums[1] += span[3] * a;
-        sums[2] += span[1] * b;
-        sums[0] -= span[3] * b;
-        sums[1] -= span[1] * c;
-        sums[2] -= span[2] * a;
+        add_cross_product([span[1], span[2], span[3]], [a, b, c], &mut sums);
     }
     let factor = 1.0 / (2 * pair + 1) as f64;
     for (v, sum) in next[1..4].iter_mut().zip(sums) {
@@ -188,16 +184,24 @@ where
     X: Number + Mul<Y, Output = X>,
     Y: Number,
 {
-    let [mut x, mut y, mut z] = *sums;
     for (a, b) in a.as_chunks::<3>().0.iter().zip(b.as_chunks::<3>().0) {
-        x += a[1] * b[2];
-        y += a[2] * b[0];
-        z += a[0] * b[1];
-        x -= a[2] * b[1];
-        y -= a[0] * b[2];
-        z -= a[1] * b[0];
+        add_cross_product(*a, *b, sums);
     }
-    *sums = [x, y, z];
+}
+
+/// `sums += a x b`.
+#[inline(always)]
+fn add_cross_product<X, Y>(a: [X; 3], b: [Y; 3], sums: &mut [X; 3])
+where
+    X: Number + Mul<Y, Output = X>,
+    Y: Number,
+{
+    sums[0] += a[1] * b[2];
+    sums[1] += a[2] * b[0];
+    sums[2] += a[0] * b[1];
+    sums[0] -= a[2] * b[1];
+    sums[1] -= a[0] * b[2];
+    sums[2] -= a[1] * b[0];
 }
 
 /// Replaces an axial vector by the coordinates of its skew matrix.

@@ -26,7 +26,8 @@ fn middles(d: usize) -> Vec<[Vec<f64>; 3]> {
     ]
 }
 
-/// The rotation between the ends is that of the frames there, for every parity of the order.
+/// The rotation between the ends is that of the frames there, for every parity of the order; twenty units in the last place of
+/// 1 for sums of forty terms, of both.
 #[test]
 fn rotations_between_the_ends_are_those_of_the_frames() {
     fn compare(space: impl Homogeneous) {
@@ -127,6 +128,7 @@ fn variations_are_those_of_differences() {
                         let [back, on] = [back, on].map(|values| values[derivative][end][p]);
                         let (slope, found) = ((on - back) / (2.0 * H), found[p * 9 + column]);
                         assert!(
+                            // Central differences: H^2 of a third derivative, and round-off over H.
                             (slope - found).abs() < 2e-7 * (1.0 + slope.abs()),
                             "{slope} {found}"
                         );

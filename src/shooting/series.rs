@@ -300,7 +300,7 @@ pub(super) fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &
     }
 }
 
-/// The values at `-s` and `s`.
+/// The values at `-s` and `s` of polynomials with the given coefficients, vectors of the given size.
 #[inline(always)]
 pub(super) fn at_opposite_times<T: Field>(
     coefficients: &[T],
@@ -370,7 +370,7 @@ pub(super) fn at_ends<T: Field>(
 }
 
 /// The derivatives of order up to two of the powers of `s` from the order on, at `s = 1/2`, in pairs.
-const AT_HALF: [[[f64; 2]; MOST_PAIRS]; 3] = [at_half(0), at_half(1), at_half(2)];
+static AT_HALF: [[[f64; 2]; MOST_PAIRS]; 3] = [at_half(0), at_half(1), at_half(2)];
 
 /// At least half of the largest number of coefficients of a series.
 const MOST_PAIRS: usize = MOST / 2 + 8;

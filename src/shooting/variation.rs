@@ -95,9 +95,10 @@ impl<T: Field> Variation<T> {
             space.isotropy_dim(),
             space.size() * space.size(),
         );
-        let kept = match is_of_rotations(space) {
-            true => (3 * d).div_ceil(T::COLUMNS),
-            false => 1,
+        // Groups of columns that are kept, the room for them as matrices, and that for weighted coefficients.
+        let (kept, plain, axes) = match is_of_rotations(space) {
+            true => ((3 * d).div_ceil(T::COLUMNS), 0, terms + 3),
+            false => (1, terms + 3, 0),
         };
         let zeros = |count: usize| vec![T::ZERO; count];
         let columns = |count: usize| vec![T::Columns::ZERO; count];
@@ -106,9 +107,9 @@ impl<T: Field> Variation<T> {
             ends: (0..wanted).map(|_| wide()).collect(),
             eta: zeros((d + h) * 3 * d),
             terms: columns((terms + 3) * d * kept),
-            weighted: zeros(if kept > 1 { 3 * (terms + 3) } else { 0 }),
-            matrices: columns((terms + 3) * square),
-            isotropy: columns(terms * square),
+            weighted: zeros(3 * axes),
+            matrices: columns(plain * square),
+            isotropy: columns(plain * square),
             run: columns(d.max(h)),
             values: std::array::from_fn(|_| columns(d)),
             adjoints: zeros(nodes.len() * (d + h) * d),

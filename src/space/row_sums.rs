@@ -118,29 +118,6 @@ where
     }
 }
 
-/// The sum of `weight x y - weight y x` over pairs of skew matrices of size three. It is a skew matrix too: a cross
-/// product.
-#[inline(always)]
-pub(crate) fn cross_products<'a, X, Y>(
-    pairs: impl Iterator<Item = (f64, &'a [X], &'a [Y])>,
-) -> [X; 9]
-where
-    X: Number + Mul<Y, Output = X>,
-    Y: Number,
-{
-    let mut sums = [X::ZERO; 3];
-    for (weight, a, b) in pairs {
-        let ([ax, ay, az], [bx, by, bz]) = (axis(a), axis(b).map(|b| b * weight));
-        sums[0] += ay * bz;
-        sums[1] += az * bx;
-        sums[2] += ax * by;
-        sums[0] -= az * by;
-        sums[1] -= ax * bz;
-        sums[2] -= ay * bx;
-    }
-    skew(sums)
-}
-
 /// The skew matrix of size three with the given axial vector.
 #[inline(always)]
 pub(crate) fn skew<T: Number>([x, y, z]: [T; 3]) -> [T; 9] {
