@@ -14,7 +14,7 @@ use super::solved_chain::{SolvedChain, lift};
 use crate::error::Result;
 use crate::legs::{End, Ends, Knots, Options, Progress};
 use crate::linalg::field::larger;
-use crate::linalg::simd::each;
+use crate::linalg::simd::{Four, each};
 use crate::manifold::grassmann::joining::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
@@ -381,14 +381,14 @@ impl<'c> Iteration<'c> {
             }
             return;
         }
-        each(&mut self.links, &mut (), |(), i, Link { leg, .. }| {
+        each::<Four, _, _>(&mut self.links, &mut (), |(), i, Link { leg, .. }| {
             leg.set_gram([&pairs[i], &pairs[i + 1]], lengths[i]);
         });
     }
 
     /// Sweeps along all legs; returns the largest change of the last sweep.
     fn sweep(&mut self, times: usize) -> f64 {
-        each(&mut self.links, &mut self.scratch, |scratch, _, link| {
+        each::<Four, _, _>(&mut self.links, &mut self.scratch, |scratch, _, link| {
             for _ in 0..times {
                 link.change = link.leg.sweep(scratch);
             }
@@ -401,7 +401,7 @@ impl<'c> Iteration<'c> {
         let vector = self.vector();
         let mut jumps = std::mem::take(&mut self.jumps);
         let mut each_knot: Vec<&mut [f64]> = jumps.chunks_exact_mut(vector).collect();
-        each(&mut each_knot, &mut (), |(), knot, jump| {
+        each::<Four, _, _>(&mut each_knot, &mut (), |(), knot, jump| {
             self.jump_into(knot, jump)
         });
         self.jumps = jumps;

@@ -70,16 +70,26 @@ impl Layout {
     /// and any number in each column.
     pub(super) fn selected(&self, matrix: &[f64], which: &[usize]) -> Vec<f64> {
         let d = self.blocks.dim();
-        if which.len() == d && self.unchanged == d {
-            return matrix.to_vec();
+        if which.len() == d {
+            let mut out = matrix.to_vec();
+            if self.unchanged < d {
+                let sign = |p: usize| if p < self.unchanged { 1.0 } else { -1.0 };
+                let signs: Vec<f64> = (0..4 * d).map(|j| sign(j % d)).collect();
+                for (i, row) in out.chunks_exact_mut(4 * d).enumerate() {
+                    let own = sign(i % d);
+                    let pairs = row.iter_mut().zip(&signs);
+                    pairs.for_each(|(x, sign)| *x *= own * sign);
+                }
+            }
+            return out;
         }
-        let sign = |p: usize| if p < self.unchanged { 1.0 } else { -1.0 };
+        // With a row outside the span, coordinates do not change sign.
         let mut out = Vec::with_capacity(matrix.len() / (d * d) * which.len().pow(2));
-        for rows in matrix.chunks_exact((4 * d * d).max(1)) {
+        for rows in matrix.chunks_exact(4 * d * d) {
             for i in which {
                 for level in 0..4 {
                     let row = &rows[(4 * i + level) * d..][..d];
-                    out.extend(which.iter().map(|j| row[*j] * (sign(*i) * sign(*j))));
+                    out.extend(which.iter().map(|j| row[*j]));
                 }
             }
         }

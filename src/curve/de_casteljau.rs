@@ -30,7 +30,7 @@ use crate::linalg::jet::Jet;
 use crate::linalg::lane_jet::LaneJet;
 use crate::linalg::lane_matrix::LaneMatrix;
 use crate::linalg::lanes::{LANES, Lanes};
-use crate::linalg::simd::vectorised;
+use crate::linalg::simd::{Eight, Width};
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::lane_join::LaneJoin;
 use crate::manifold::lane_leg::{LaneLeg, LaneLegWork};
@@ -182,7 +182,7 @@ impl GeometricPolynomial {
 
     /// How close the intermediate points at eight parameters in `[0, 1]` come to a change of branch.
     fn margins(&self, t: Lanes, work: &mut Workspace) -> Lanes {
-        vectorised(
+        Eight::run(
             #[inline(always)]
             || self.lane_points(t, &mut work.lanes),
         )
@@ -258,7 +258,7 @@ impl GeometricPolynomial {
             let (rows, k) = (self.reduced_rows(), self.k());
             Box::new(LaneJetWork::new(rows, k, self.degree()))
         });
-        let mut hard = vectorised(
+        let mut hard = Eight::run(
             #[inline(always)]
             || self.lane_jets(lanes, order, leg, jets),
         )
@@ -370,7 +370,7 @@ impl Curve for GeometricPolynomial {
         for (block, t) in t.chunks(LANES).enumerate() {
             let mut target = out.rb_mut().subcols_mut(LANES * k * block, k * t.len());
             if k <= LANE_COLUMNS && t.iter().all(|t| t.abs() <= LANE_RANGE) {
-                hard = vectorised(
+                hard = Eight::run(
                     #[inline(always)]
                     || self.lane_block(t, &mut work.lanes, target.rb_mut()),
                 );

@@ -4,7 +4,7 @@
 use crate::linalg::jet::Jet;
 use crate::linalg::lane_matrix::{LaneMatrix, dot};
 use crate::linalg::lanes::Lanes;
-use crate::linalg::simd::vectorised;
+use crate::linalg::simd::{Eight, Width};
 
 /// Number of columns up to which eight matrices at once are faster than one after another: an acceleration takes 1.3 us
 /// instead of 6.5 us on St(50,5), and 24 us instead of 9 us on St(30,10).
@@ -48,7 +48,7 @@ impl LaneCovariant {
 
     /// `D_t S'`.
     pub(crate) fn acceleration(&mut self) -> &LaneMatrix {
-        vectorised(
+        Eight::run(
             #[inline(always)]
             || self.accelerate(),
         );
@@ -57,7 +57,7 @@ impl LaneCovariant {
 
     /// `D_t D_t S'`.
     pub(crate) fn jerk(&mut self) -> &LaneMatrix {
-        vectorised(
+        Eight::run(
             #[inline(always)]
             || {
                 self.accelerate();
@@ -70,7 +70,7 @@ impl LaneCovariant {
     /// Squared canonical norms of velocity, covariant acceleration, jerk (of subspaces: of its normal part), and the
     /// squared norm of `S''`; those above the given order are zero.
     pub(crate) fn squared_norms(&mut self, order: usize, subspaces: bool) -> [Lanes; 4] {
-        vectorised(
+        Eight::run(
             #[inline(always)]
             || {
                 let mut out = [Lanes::ZERO; 4];

@@ -1,11 +1,11 @@
 //! A chain of legs between given points, with all their equations.
 
-use super::condensed_leg::{CondensedLeg, Condensing};
+use super::condensed_leg::CondensedLeg;
 use super::leg::{Leg, Scratch};
 use super::orders::{MOST, Orders};
 use super::room::Room;
 use super::rotation_series::is_of_rotations;
-use super::variation::{MORE_TERMS, TERMS, TERMS_OF_ROTATIONS};
+use super::variation::{MORE_TERMS, TERMS, TERMS_OF_ROTATIONS, Variation};
 use crate::legs::Knots;
 use crate::linalg::field::{Field, larger, largest};
 use crate::linalg::simd::each;
@@ -85,7 +85,7 @@ impl<'a, T: Field> Group<'a, T> {
 #[derive(Clone)]
 pub(super) struct Buffers<T: Field> {
     pub(super) leg: Scratch<T>,
-    pub(super) condensing: Condensing<T>,
+    pub(super) variation: Variation<T>,
 }
 
 impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
@@ -107,7 +107,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                 .collect(),
             buffers: Buffers {
                 leg: Scratch::new(space, order),
-                condensing: Condensing::new(space, terms(space, knots)),
+                variation: Variation::new(space, 2, terms(space, knots)),
             },
             velocities: velocities.to_vec(),
             jumps: Vec::new(),
@@ -128,7 +128,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     pub(super) fn set_middles(&mut self, bends: &[f64], order: Option<usize>) {
         let (space, knots, d) = (self.space, self.knots, self.space.dim());
         self.set_velocities();
-        each(
+        each::<S::Width, _, _>(
             &mut self.groups,
             &mut self.buffers.leg.series,
             #[inline(always)]
@@ -193,7 +193,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     /// step.
     pub(super) fn evaluate(&mut self, still: f64, is_last: bool) {
         let space = self.space;
-        each(
+        each::<S::Width, _, _>(
             &mut self.groups,
             &mut self.buffers.leg,
             #[inline(always)]

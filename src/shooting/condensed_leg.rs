@@ -4,7 +4,7 @@ use super::leg::{Leg, Scratch};
 use super::leg_equations::{combined, residual_into, set_equations};
 use super::room::Room;
 use super::variation::Variation;
-use crate::linalg::field::{Field, accumulate, factor, substitute};
+use crate::linalg::field::{Field, accumulate, factor, substitute, substitute_rows};
 use crate::space::Homogeneous;
 
 /// The linear equations `C dm = b + V dv` for the change of a leg's middle, where `b` is the current residual and `V
@@ -12,8 +12,8 @@ use crate::space::Homogeneous;
 ///
 /// Everything except `b` belongs to the state at which [`CondensedLeg::linearise`] was called.
 pub(super) struct CondensedLeg<'a, T> {
-    /// `C^{-1}`, shape `(3 d, 3 d)`.
-    inverse: &'a mut [T],
+    /// Factors of `C`, shape `(3 d, 3 d)`.
+    factors: &'a mut [T],
     /// Changes of `x'` at both ends, the last one expressed in the next knot's frame: by `b`, shape `(d, 3 d)`; by
     /// `dv`, shape `(d, 2 d)`; and by the current `b`.
     by_conditions: [&'a mut [T]; 2],
@@ -21,25 +21,6 @@ pub(super) struct CondensedLeg<'a, T> {
     pub(super) constants: [&'a mut [T]; 2],
     /// `b`.
     right: &'a mut [T],
-}
-
-/// Buffers shared by all legs.
-#[derive(Clone)]
-pub(super) struct Condensing<T: Field> {
-    variation: Variation<T>,
-    conditions: Vec<T>,
-    acceleration: Vec<T>,
-}
-
-impl<T: Field> Condensing<T> {
-    pub(super) fn new(space: impl Homogeneous, terms: usize) -> Self {
-        let d = space.dim();
-        Condensing {
-            variation: Variation::new(space, 2, terms),
-            conditions: vec![T::ZERO; 9 * d * d],
-            acceleration: vec![T::ZERO; 3 * d * d],
-        }
-    }
 }
 
 impl<'a, T: Field> CondensedLeg<'a, T> {
@@ -52,7 +33,7 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
     pub(super) fn new(space: impl Homogeneous, room: &mut Room<'a, T>) -> Self {
         let d = space.dim();
         CondensedLeg {
-            inverse: room.take(9 * d * d),
+            factors: room.take(9 * d * d),
             by_conditions: std::array::from_fn(|_| room.take(3 * d * d)),
             by_velocities: std::array::from_fn(|_| room.take(2 * d * d)),
             constants: std::array::from_fn(|_| room.take(d)),
@@ -60,7 +41,7 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
         }
     }
 
-    /// Linearises at the current state of a leg, with `terms` terms of its series.
+    /// Linearises at the current state of a leg, with `terms` terms of its series, which a variation of two vectors is to have.
     #[inline(always)]
     pub(super) fn linearise(
         &mut self,
@@ -68,30 +49,18 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
         leg: &Leg<'_, T>,
         terms: usize,
         scratch: &mut Scratch<T>,
-        condensing: &mut Condensing<T>,
+        variation: &mut Variation<T>,
     ) {
         let wide = 3 * space.dim();
-        let Condensing {
-            variation,
-            conditions,
-            acceleration,
-        } = condensing;
-        set_equations(space, leg, terms, scratch, variation, conditions);
-        let slope = &variation.ends[1];
-        factor(wide, conditions);
-        self.inverse.fill(T::ZERO);
-        for i in 0..wide {
-            self.inverse[i * wide + i] = T::constant(1.0);
-        }
-        substitute(wide, conditions, wide, self.inverse);
-        for (end, slope) in slope.iter().enumerate() {
+        set_equations(space, leg, terms, scratch, variation, self.factors);
+        factor(wide, self.factors);
+        for (end, slope) in variation.ends[1].iter().enumerate() {
             let by_conditions = &mut *self.by_conditions[end];
-            acceleration.copy_from_slice(slope);
-            if end == 1 {
-                space.turn_columns(leg.holonomy, slope, wide, acceleration);
+            match end {
+                0 => by_conditions.copy_from_slice(slope),
+                _ => space.turn_columns(leg.holonomy, slope, wide, by_conditions),
             }
-            by_conditions.fill(T::ZERO);
-            accumulate(acceleration, wide, self.inverse, wide, by_conditions);
+            substitute_rows(wide, self.factors, by_conditions);
             set_by_velocities(space, leg, by_conditions, self.by_velocities[end]);
         }
     }
@@ -110,27 +79,25 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
         }
     }
 
-    /// Writes the change of the middle for changes of the velocities at the ends; `work` holds `4 d` numbers.
+    /// Writes the change of the middle for changes of the velocities at the ends; `turned` holds `d` numbers.
     #[inline(always)]
     pub(super) fn write_step(
         &self,
         space: impl Homogeneous,
         leg: &Leg<'_, T>,
         [first, last]: [&[T]; 2],
-        work: &mut [T],
+        turned: &mut [T],
         step: &mut [T],
     ) {
         let d = space.dim();
-        let (right, turned) = work.split_at_mut(3 * d);
         space.turn_back_into(leg.holonomy, last, turned);
         for p in 0..d {
             let rows = combined(T::ZERO, [first[p], turned[p]]);
             for (i, row) in rows.into_iter().enumerate() {
-                right[i * d + p] = self.right[i * d + p] + row;
+                step[i * d + p] = self.right[i * d + p] + row;
             }
         }
-        step.fill(T::ZERO);
-        accumulate(self.inverse, 3 * d, right, 1, step);
+        substitute(3 * d, self.factors, 1, step);
     }
 }
 

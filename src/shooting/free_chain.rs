@@ -10,7 +10,7 @@ use super::variation::{MORE_TERMS, TERMS};
 use crate::linalg::field::{
     Field, larger, largest, multiply, multiply_transposed, transposed_multiply,
 };
-use crate::linalg::simd::{each, vectorised};
+use crate::linalg::simd::each;
 use crate::space::{Homogeneous, orthonormalise};
 
 /// The knots, and the middles of the legs.
@@ -219,7 +219,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
     pub(super) fn evaluate(&mut self) {
         let (space, d, orders) = (self.space, self.space.dim(), self.orders);
         let middles = &self.state.middles;
-        each(
+        each::<S::Width, _, _>(
             &mut self.groups,
             &mut self.buffers.leg,
             #[inline(always)]
@@ -291,7 +291,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
     /// Sets up the linear equations of the legs, and the forces.
     pub(super) fn linearise(&mut self) {
         let space = self.space;
-        each(
+        each::<S::Width, _, _>(
             &mut self.groups,
             &mut self.buffers,
             #[inline(always)]
@@ -305,7 +305,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
     /// Computes the forces from the existing linear equations.
     pub(super) fn set_forces(&mut self) {
         let space = self.space;
-        each(
+        each::<S::Width, _, _>(
             &mut self.groups,
             &mut (),
             #[inline(always)]
@@ -388,7 +388,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
             }
             let Group { leg, stiffness, .. } = &self.groups[group];
             let space = self.space;
-            vectorised(
+            space.vectorised(
                 #[inline(always)]
                 || stiffness.step_into(space, leg, &z, &mut change),
             );

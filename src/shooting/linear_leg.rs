@@ -25,7 +25,6 @@ use crate::curve::nodes::Nodes;
 use crate::linalg::field::{
     Field, accumulate, larger, largest, multiply, set_identity, transposed_multiply,
 };
-use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
 
 /// Number of additional terms of the derivative of a series.
@@ -107,7 +106,7 @@ impl<T: Field> LinearLeg<T> {
             series.at_ends(d, order + 3, derivative, [&mut before, x]);
         }
         let turns = &series.frames[..(order + 3) * turn_size(space)];
-        vectorised(
+        space.vectorised(
             #[inline(always)]
             || {
                 let frames = frames(space, turns, &nodes.s);
@@ -283,7 +282,7 @@ fn resolve<T: Field>(
 
 /// [`Series::extend_turns`] by vector instructions.
 fn extend_turns<T: Field>(space: impl Homogeneous, series: &mut Series<T>, powers: Range<usize>) {
-    vectorised(
+    space.vectorised(
         #[inline(always)]
         || series.extend_turns(space, powers),
     );

@@ -10,7 +10,6 @@ use super::linear_curve::{LinearCurve, Part};
 use super::linear_leg::{LinearLeg, Response};
 use crate::curve::barycentric::Barycentric;
 use crate::linalg::field::{Field, accumulate, factor, largest_each, substitute};
-use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
 
 /// A leg is solved at its middle, without pivoting, if no entry of the solution is larger than this, and if that leaves this
@@ -28,7 +27,7 @@ pub(super) fn at_middle<T: Field>(
         stiffness,
         displacements,
         is_regular,
-    } = vectorised(
+    } = space.vectorised(
         #[inline(always)]
         || Solved::of(space.dim(), leg),
     );

@@ -9,7 +9,6 @@ use super::room::Room;
 use super::variation::Variation;
 use crate::linalg::field::{Field, factor, substitute};
 use crate::linalg::lanes::Lanes;
-use crate::linalg::simd::vectorised;
 use crate::solve::broyden::Updates;
 use crate::space::{Homogeneous, Shape, in_space};
 
@@ -99,7 +98,7 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
         tolerance: f64,
         steps: usize,
     ) -> Vec<Option<LoneLeg>> {
-        vectorised(
+        self.space.vectorised(
             #[inline(always)]
             || self.solve_lanes(problems, tolerance, steps),
         )

@@ -16,13 +16,13 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         if self.groups.iter().all(|group| !group.progress.is_stale) {
             return true;
         }
-        each(
+        each::<S::Width, _, _>(
             &mut self.groups,
             &mut self.buffers,
             #[inline(always)]
             |Buffers {
                  leg: scratch,
-                 condensing,
+                 variation,
              },
              _,
              Group {
@@ -33,7 +33,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
              }| {
                 progress.is_new = progress.is_stale;
                 if progress.is_stale {
-                    linear.linearise(space, leg, terms, scratch, condensing);
+                    linear.linearise(space, leg, terms, scratch, variation);
                     progress.is_stale = false;
                 }
             },
@@ -45,7 +45,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
     /// Computes the step that solves the linear equations for the current residuals; `false` if it is not finite.
     pub(super) fn set_step(&mut self) -> bool {
         let (space, knots, d) = (self.space, self.knots, self.space.dim());
-        each(
+        each::<S::Width, _, _>(
             &mut self.groups,
             &mut (),
             #[inline(always)]
@@ -60,12 +60,12 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         if matches!(self.knots.ends, Ends::Periodic) {
             steps.extend_from_within(..d);
         }
-        let mut buffers = [d, d, 4 * d].map(|count| vec![T::ZERO; count]);
-        each(
+        let mut buffers = [(); 3].map(|()| vec![T::ZERO; d]);
+        each::<S::Width, _, _>(
             &mut self.groups,
             &mut buffers,
             #[inline(always)]
-            |[first, last, work],
+            |[first, last, turned],
              group,
              Group {
                  leg,
@@ -74,7 +74,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
                  progress,
              }| {
                 knots.write_velocities(&steps, group, [first, last]);
-                linear.write_step(space, leg, [first, last], work, step);
+                linear.write_step(space, leg, [first, last], turned, step);
                 let sizes = [largest(first), largest(last), largest(step)];
                 progress.moved = sizes.into_iter().fold(progress.moved, larger);
             },

@@ -9,7 +9,6 @@ use super::rotation_series::{
     write_rotation,
 };
 use crate::linalg::field::{Field, largest_each, set_identity, transposed_multiply};
-use crate::linalg::simd::vectorised;
 use crate::space::{Homogeneous, Products, SLACK, skew, write_row};
 
 /// Coefficients of `x` and of the frame `g` in powers of `s`, the time from the middle of the leg.
@@ -79,7 +78,7 @@ impl<T: Field> Series<T> {
         tension: Option<T>,
         powers: Range<usize>,
     ) {
-        vectorised(
+        space.vectorised(
             #[inline(always)]
             || {
                 for k in powers {
@@ -140,7 +139,7 @@ impl<T: Field> Series<T> {
     /// Computes the coefficients `k + 1` of the frames for `k` in `powers`, after all before them.
     #[inline(never)]
     fn extend_frames(&mut self, space: impl Homogeneous, powers: Range<usize>) {
-        vectorised(
+        space.vectorised(
             #[inline(always)]
             || match space.size() {
                 3 => extend_matrices(&self.matrices, &mut self.frames, powers),

@@ -7,7 +7,6 @@ use super::rotation_series::is_of_rotations;
 use super::series::{Series, at_ends};
 use crate::legs::{Curves, Dense, Polynomials, RotationSeries};
 use crate::linalg::field::{Field, transposed_multiply};
-use crate::linalg::simd::vectorised;
 use crate::space::{Homogeneous, axis};
 
 /// Number of additional terms of the curves, needed for their third derivatives.
@@ -47,7 +46,7 @@ impl<T: Field, S: Homogeneous> Solved<T, S> {
         let mut dense = Dense::new(T::COUNT.min(self.legs - first), order, space);
         let mut series = Series::new(space, order);
         let mut ends: [Vec<T>; 6] = std::array::from_fn(|_| vec![T::ZERO; d]);
-        vectorised(
+        space.vectorised(
             #[inline(always)]
             || {
                 let middle = group.middle.each_ref().map(|x| &x[..]);
@@ -82,7 +81,7 @@ impl<T: Field + Send + Sync, S: Homogeneous> Curves for Solved<T, S> {
         let longest = self.groups.iter().map(|group| group.order).max()?;
         let mut series = Series::new(space, longest);
         let mut all = Vec::with_capacity(self.legs);
-        vectorised(
+        space.vectorised(
             #[inline(always)]
             || {
                 for group in &self.groups {

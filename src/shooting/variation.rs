@@ -7,7 +7,6 @@ use super::rotation_series::{add_cross_products, is_of_rotations, set_coordinate
 use super::series::{Series, at_ends, at_opposite_times, value_at};
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, accumulate, transposed_multiply};
-use crate::linalg::simd::vectorised;
 use crate::space::{Homogeneous, axis};
 
 /// Number of terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations
@@ -143,7 +142,7 @@ impl<T: Field> Variation<T> {
         tension: Option<T>,
         terms: usize,
     ) {
-        vectorised(
+        space.vectorised(
             #[inline(always)]
             || self.set_columns(space, series, tension, terms),
         );
@@ -209,7 +208,7 @@ impl<T: Field> Variation<T> {
     /// Computes the change of the frame, after the changes at the nodes.
     #[inline(never)]
     fn set_eta(&mut self, space: impl Homogeneous, series: &Series<T>, terms: usize) {
-        vectorised(
+        space.vectorised(
             #[inline(always)]
             || {
                 let (d, h) = (space.dim(), space.isotropy_dim());

@@ -16,6 +16,7 @@ use super::homogeneous::Homogeneous;
 use super::quotient::Quotient;
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
+use crate::linalg::simd::Four;
 
 /// `U(p)/U(p - q)`, or `U(p)/(U(q) x U(p - q))`, for `p = r / 2` and `q = k / 2`.
 #[derive(Debug, Clone, Copy)]
@@ -156,6 +157,8 @@ impl ComplexSpace {
 }
 
 impl Homogeneous for ComplexSpace {
+    type Width = Four;
+
     #[inline(always)]
     fn size(self) -> usize {
         self.r

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::homogeneous::Homogeneous;
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
+use crate::linalg::simd::Four;
 
 /// Subspaces of dimension `k` in `R^r`, `k < r`, with sizes known at run time.
 ///
@@ -51,6 +52,8 @@ impl Subspaces {
 }
 
 impl Homogeneous for Subspaces {
+    type Width = Four;
+
     #[inline(always)]
     fn size(self) -> usize {
         self.r

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, multiply, transposed_multiply};
+use crate::linalg::simd::Width;
 
 /// A quotient `G/H` of a group of orthogonal matrices of size `r`, whose Lie algebra is split into `m` (horizontal) and
 /// `h`.
@@ -19,6 +20,15 @@ use crate::linalg::field::{Field, multiply, transposed_multiply};
 /// Crouch, Silva Leite (1995), "The dynamic interpolation problem: on Riemannian manifolds, Lie groups, and symmetric spaces",
 /// J. Dynam. Control Systems 1, 177-202, sec. 4.
 pub(crate) trait Homogeneous: Copy + Send + Sync {
+    /// Vector instructions of its kernels.
+    type Width: Width;
+
+    /// Runs a kernel by its vector instructions.
+    #[inline(always)]
+    fn vectorised<R>(self, work: impl FnOnce() -> R) -> R {
+        Self::Width::run(work)
+    }
+
     /// Size of the matrices of the group.
     fn size(self) -> usize;
 

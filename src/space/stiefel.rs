@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::homogeneous::Homogeneous;
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
+use crate::linalg::simd::{Eight, Four};
 
 /// Frames of `k` vectors in `R^r`, `k < r`, with sizes known at run time. `k = r - 1` is the group `SO(r)`.
 #[derive(Debug, Clone, Copy)]
@@ -150,10 +151,14 @@ impl<const R: usize, const K: usize> FixedFrames<R, K> {
 }
 
 impl Homogeneous for Frames {
+    type Width = Four;
+
     homogeneous!();
 }
 
 impl<const R: usize, const K: usize> Homogeneous for FixedFrames<R, K> {
+    type Width = Eight;
+
     homogeneous!();
 }
 
