@@ -123,7 +123,7 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
 
 def draw(out: Path, t: Array, curves: dict[str, Any], numbers: dict[str, Any]) -> None:
     """Lengths of angular velocity and angular acceleration against time."""
-    figure = new_figure()
+    figure = new_figure(height=3.4)
     costs = numbers["cost"], numbers["cost_scipy"]
     axes = figure.subplots(1, 2)
     for order, ax in zip((1, 2), axes, strict=True):
@@ -135,6 +135,10 @@ def draw(out: Path, t: Array, curves: dict[str, Any], numbers: dict[str, Any]) -
         ax.set(xlabel="time (s)", xlim=(TIMES[0], TIMES[-1] + 0.1))
         ax.set_ylim(bottom=0)
         ax.set(ylabel="angular velocity (degrees/s)" if order == 1 else "angular acceleration (degrees/s²)")
+    peaks = (f"peak {numbers[name]:.0f} degrees/s²" for name in ("peak", "peak_scipy"))
+    lines = axes[1].lines[: len(curves)]
+    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 2}
+    axes[1].legend(lines, peaks, columnspacing=1, handlelength=1.8, **place)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     save(figure, out)
 

@@ -7,9 +7,9 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::*;
-use nalgebra::UnitQuaternion;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use stiefel_rs::cubic::{EmbeddedOptions, SplittingOptions, integrate_cubic, integrate_embedded};
-use stiefel_rs::rotation::{RotationEnds, RotationSpline};
+use stiefel_rs::rotation::{PoseEnds, PoseSpline, ReferenceFrame, RotationEnds, RotationSpline};
 use stiefel_rs::{Curve, GeometricCubic, Interrupt, Quantity, QuasiGeodesic};
 
 struct Counting;
@@ -72,20 +72,99 @@ fn blocks_for_steps(n: usize, k: usize, steps: usize, embedded: bool) -> usize {
     after - before
 }
 
-/// Allocations for quaternions and rates of a spline after the first value.
-fn blocks_for_rotations() -> usize {
+/// Keyframes at 20 times.
+fn keyframes() -> (Vec<f64>, Vec<UnitQuaternion<f64>>) {
     let t: Vec<f64> = (0..20).map(f64::from).collect();
     let turn = |t: &f64| UnitQuaternion::from_euler_angles(0.3 * t, t.sin(), 0.2 * t * t.cos());
-    let keyframes: Vec<_> = t.iter().map(turn).collect();
+    let keyframes = t.iter().map(turn).collect();
+    (t, keyframes)
+}
+
+/// Times from the first to the last keyframe, which are among them.
+fn times() -> Vec<f64> {
+    (0..=950).map(|i| f64::from(i) / 50.0).collect()
+}
+
+/// Adds the number of blocks of one evaluation per time.
+fn count_each(name: &'static str, counts: &mut Vec<(&'static str, usize)>, value: impl Fn(f64)) {
+    let times = times();
+    let before = BLOCKS.load(Ordering::Relaxed);
+    for t in times {
+        value(std::hint::black_box(t));
+    }
+    let after = BLOCKS.load(Ordering::Relaxed);
+    counts.push((name, after - before));
+}
+
+/// Allocations of a spline of rotations after the first value: at many times in one call, and at single times.
+fn blocks_for_rotations() -> Vec<(&'static str, usize)> {
+    let (t, keyframes) = keyframes();
     let natural = RotationEnds::Natural;
     let spline = RotationSpline::new(&t, &keyframes, &natural, &Default::default()).unwrap();
     spline.rotation(0.5).unwrap();
-    let times: Vec<f64> = (0..1000).map(|i| 19e-3 * f64::from(i)).collect();
-    let (mut quaternions, mut rates) = (vec![[0.0; 4]; 1000], vec![[0.0; 3]; 1000]);
+    let (times, mut counts) = (times(), Vec::new());
+    let (mut quaternions, mut rates) = (vec![[0.0; 4]; times.len()], vec![[0.0; 3]; times.len()]);
     let before = BLOCKS.load(Ordering::Relaxed);
     spline.quaternions_into(&times, &mut quaternions).unwrap();
-    spline.rates_into(&times, 2, &mut rates).unwrap();
-    BLOCKS.load(Ordering::Relaxed) - before
+    let after = BLOCKS.load(Ordering::Relaxed);
+    counts.push(("quaternions_into", after - before));
+    for (order, name) in ["rates_into, order 0", "order 1", "order 2"]
+        .into_iter()
+        .enumerate()
+    {
+        let before = BLOCKS.load(Ordering::Relaxed);
+        spline.rates_into(&times, order, &mut rates).unwrap();
+        let after = BLOCKS.load(Ordering::Relaxed);
+        counts.push((name, after - before));
+    }
+    count_each("rotation", &mut counts, |t| {
+        spline.rotation(t).unwrap();
+    });
+    for frame in [ReferenceFrame::Body, ReferenceFrame::World] {
+        count_each("angular_velocity", &mut counts, |t| {
+            spline.angular_velocity(t, frame).unwrap();
+        });
+        count_each("angular_acceleration", &mut counts, |t| {
+            spline.angular_acceleration(t, frame).unwrap();
+        });
+        count_each("angular_jerk", &mut counts, |t| {
+            spline.angular_jerk(t, frame).unwrap();
+        });
+    }
+    counts
+}
+
+/// Allocations of a spline of poses after the first value, at single times.
+fn blocks_for_poses() -> Vec<(&'static str, usize)> {
+    let (t, keyframes) = keyframes();
+    let pose = |(t, q): (&f64, &UnitQuaternion<f64>)| {
+        Isometry3::from_parts(Translation3::new(t.sin(), t.cos(), 0.1 * t), *q)
+    };
+    let poses: Vec<_> = t.iter().zip(&keyframes).map(pose).collect();
+    let spline = PoseSpline::new(&t, &poses, &PoseEnds::Natural, &Default::default()).unwrap();
+    spline.pose(0.5).unwrap();
+    let mut counts = Vec::new();
+    count_each("pose", &mut counts, |t| {
+        spline.pose(t).unwrap();
+    });
+    count_each("position", &mut counts, |t| {
+        spline.position(t).unwrap();
+    });
+    count_each("linear_velocity", &mut counts, |t| {
+        spline.linear_velocity(t).unwrap();
+    });
+    count_each("linear_acceleration", &mut counts, |t| {
+        spline.linear_acceleration(t).unwrap();
+    });
+    count_each("linear_jerk", &mut counts, |t| {
+        spline.linear_jerk(t).unwrap();
+    });
+    for frame in [ReferenceFrame::Body, ReferenceFrame::World] {
+        count_each("twist", &mut counts, |t| {
+            spline.twist(t, frame).unwrap();
+        });
+    }
+    counts
 }
 
 /// A single test, so that nothing else runs while it counts; a single thread, so that work is always split in the same
@@ -130,13 +209,15 @@ fn sampling_does_not_allocate_per_parameter() {
             }
         }
     }
-    let blocks = blocks_for_rotations();
-    if blocks > 0 {
-        failures.push(format!("rotations: {blocks} blocks for 1000 times"));
+    for (name, blocks) in blocks_for_rotations().into_iter().chain(blocks_for_poses()) {
+        if blocks > 0 {
+            failures.push(format!("{name}: {blocks} blocks for 951 times"));
+        }
     }
     assert!(
         failures.is_empty(),
-        "more than twice the blocks for 4 or 50 times the points, or more blocks for more steps:\n{}",
+        "more than twice the blocks for 4 or 50 times the points, more blocks for more steps, or any for rotations and \
+         poses:\n{}",
         failures.join("\n")
     );
 }

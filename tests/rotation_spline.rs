@@ -37,6 +37,20 @@ fn walk(count: usize, angle: f64, seed: u64) -> (Vec<f64>, Vec<UnitQuaternion<f6
     (t, q)
 }
 
+/// Poses with the given rotations, at random positions at distance 3 from the origin.
+fn at_random_positions(q: &[UnitQuaternion<f64>], seed: u64) -> Vec<Isometry3<f64>> {
+    let mut rng = Rng::new(seed);
+    let mut pose = |q| Isometry3::from_parts(vector(&mut rng, 3.0).into(), q);
+    q.iter().map(|q| pose(*q)).collect()
+}
+
+fn at_rest() -> PoseEnd {
+    PoseEnd::Velocity {
+        angular: Vector3::zeros(),
+        linear: Vector3::zeros(),
+    }
+}
+
 fn spline(t: &[f64], q: &[UnitQuaternion<f64>], ends: &RotationEnds) -> RotationSpline {
     RotationSpline::new(t, q, ends, &SplineOptions::default()).unwrap()
 }
@@ -349,11 +363,7 @@ fn hermite_curves_have_the_given_rates_and_smoothing_nears_the_data() {
 #[test]
 fn poses_have_the_twist_of_their_matrices() {
     let (t, q) = walk(6, 1.1, 34);
-    let mut rng = Rng::new(4);
-    let poses: Vec<_> = q
-        .iter()
-        .map(|q| Isometry3::from_parts(vector(&mut rng, 3.0).into(), *q))
-        .collect();
+    let poses = at_random_positions(&q, 4);
     let spline =
         PoseSpline::new(&t, &poses, &PoseEnds::Natural, &SplineOptions::default()).unwrap();
     for (time, pose) in t.iter().zip(&poses) {
@@ -389,6 +399,32 @@ fn poses_have_the_twist_of_their_matrices() {
                 ((after - before) / (2.0 * h) - acceleration).norm() < 1e-8
             }
         );
+    }
+}
+
+#[test]
+fn linear_jerk_is_the_difference_quotient_of_accelerations() {
+    let (t, q) = walk(7, 1.1, 55);
+    let poses = at_random_positions(&q, 6);
+    for ends in [PoseEnds::Natural, PoseEnds::Each([at_rest(); 2])] {
+        let spline = PoseSpline::new(&t, &poses, &ends, &SplineOptions::default()).unwrap();
+        for (leg, knots) in t.windows(2).enumerate() {
+            // The acceleration is linear on a piece: a difference is exact for any step, except for round-off.
+            let h = (knots[1] - knots[0]) / 4.0;
+            let [a, b] =
+                [h, 3.0 * h].map(|after| spline.linear_acceleration(knots[0] + after).unwrap());
+            let expected = (b - a) / (2.0 * h);
+            let bound = 1e3 * EPS * (expected.norm() + (a.norm() + b.norm()) / h);
+            // Also at the knot where the piece begins, and for the last piece at its end and beyond.
+            let quarters = [0.0, 0.5, 3.5, 4.0, 5.0];
+            let count = if leg == t.len() - 2 { 5 } else { 3 };
+            for time in quarters[..count].iter().map(|x| knots[0] + x * h) {
+                let error = (spline.linear_jerk(time).unwrap() - expected).norm();
+                assert!(error <= bound, "leg {leg}: {error:e} above {bound:e}");
+            }
+        }
+        let error = spline.linear_jerk(f64::NAN);
+        assert!(matches!(error, Err(Error::NonFinite { .. })));
     }
 }
 

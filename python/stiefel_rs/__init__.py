@@ -2,7 +2,8 @@
 
 Quasi-geodesics, geometric cubics (adjusted de Casteljau) and Riemannian cubics on any St(n, k), splines of them,
 rotations, poses and subspaces; and the symplectic integrators and shooting of arXiv 2404.19407 in charts of St(3,1)
-and St(3,2).
+and St(3,2). `RotationSpline` interpolates rotations given as quaternions, as matrices or as SciPy's `Rotation`, and
+`PoseSpline` rotations with positions.
 """
 
 import typing as _typing

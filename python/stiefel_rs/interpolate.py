@@ -47,8 +47,10 @@ In Python, stiefel_rs.load reads OUTPUT.npz. With --rate, --num or --at the curv
 evaluated, and a second file of plain arrays is written: t (T,), S (T, n, k), and the
 velocity V and the covariant acceleration A of the same shape as S.
 
-INPUT.tum and INPUT.csv hold poses, for the kinds riemannian and smoothing. Poses at the
-times of --rate, --num or --at are written to OUTPUT.tum or OUTPUT.csv.
+INPUT.tum and INPUT.csv hold poses, for the kinds riemannian and smoothing: positions and
+orientations as unit quaternions, scalar last (qw). Quaternions rotate vectors from the
+body frame to the world frame. Poses at the times of --rate, --num or --at are written to
+OUTPUT.tum or OUTPUT.csv.
   .tum, .txt  lines: timestamp tx ty tz qx qy qz qw, in s and m
   .csv        a header names the columns, in any order: t x y z qx qy qz qw, in s and m
               or in units given in the header (t [ns]); orientations only: t qx qy qz qw

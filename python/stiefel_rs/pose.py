@@ -27,11 +27,12 @@ class PoseSpline(PoseMotion):
     Parameters
     ----------
     t : array_like, shape (N,)
-        At least two increasing times, in s.
+        At least two increasing times, in s; another unit of time takes the place of s in all units of the spline.
     poses : RigidTransform, or array_like, shape (N, 4, 4), or tuple of (rotations, positions)
         N poses: a SciPy `RigidTransform` (SciPy 1.16 or newer); matrices ``[[R, p], [0, 1]]``; or rotations of any kind
         that `RotationSpline` accepts, with positions of shape (N, 3). The spline returns the same kind. The unit of
-        length is arbitrary; it is called m here.
+        length is arbitrary; it is called m here. Poses with leading axes, a batch, raise `InvalidInputError`: make one
+        spline for each path.
     bc_type : str or pair, default "natural"
         End conditions: ``"natural"``, zero acceleration; ``"clamped"``, zero velocity; ``"periodic"``, the last pose
         equals the first, and velocities and accelerations agree there. Or a pair of conditions for the first and
@@ -53,7 +54,8 @@ class PoseSpline(PoseMotion):
         Mismatched shapes or numbers, non-finite entries, times that do not increase, a matrix that is not a pose.
         Names the knot; carries ``knot``.
     OutsideDomainError
-        Two consecutive rotations are half a turn apart; carries ``knot``, the index of the first, and ``angle`` in rad.
+        Two consecutive rotations are half a turn apart, as for `RotationSpline`; carries ``knot``, the index of the
+        first, and ``angle`` in rad.
     ConvergenceError
         No spline of the rotations was found; carries ``report``.
     TypeError
@@ -68,7 +70,10 @@ class PoseSpline(PoseMotion):
     Notes
     -----
     In the product metric, cubics of poses consist of a cubic of rotations and a cubic of positions. The curve does not
-    depend on the choice of the world frame, but on the reference point of the body whose positions are given.
+    depend on the choice of the world frame, but on the reference point of the body whose positions are given. A
+    smoothing spline by cross-validation also depends on the directions of the axes: each coordinate has its own weight.
+
+    Results are float64, also for input in float32.
 
     Examples
     --------
@@ -142,8 +147,10 @@ class PoseSpline(PoseMotion):
             As for the class.
         lam : float or pair, optional
             Weight of the acceleration, at least 0, in s^3: one number, or a pair for rotations and positions, each a
-            number or None; 0 interpolates. By default, and for None, generalised cross-validation chooses one weight
-            for the rotations and one for each coordinate of the positions.
+            number or None; 0 interpolates. The weight of the rotations may be ``numpy.inf``, which makes their angular
+            rate constant; the weight of the positions must be finite, and a large one makes their curve straight. By
+            default, and for None, generalised cross-validation chooses one weight for the rotations and one for each
+            coordinate of the positions.
         weights : array_like, shape (N,), optional
             Positive weights, dimensionless, for both rotations and positions; by default 1.
         w : array_like, optional

@@ -46,8 +46,9 @@ class PoseMotion(AngularMotion):
         Returns
         -------
         RigidTransform, ndarray or tuple
-            Matrices have shape ``T + (4, 4)``; a tuple holds rotations of the same kind as the input, and positions in
-            m, shape ``T + (3,)``.
+            Matrices have shape ``T + (4, 4)``; a tuple holds rotations of the same kind as the input, and positions of
+            shape ``T + (3,)``. Positions, also as the last column of a matrix or the translation of a `RigidTransform`,
+            are in m (the unit of the given positions).
 
         Raises
         ------
@@ -204,12 +205,15 @@ class PoseMotion(AngularMotion):
 
     @property
     def rotation_spline(self) -> RotationMotion:
-        """The `RotationSpline` of the rotations."""
+        """The `RotationSpline` of the rotations, with times in s and rates in rad/s."""
         return self._rotations
 
     @property
     def position_spline(self) -> Any:
-        """SciPy spline of the positions, which extrapolates: a `CubicSpline`, or a `BSpline` if smoothed."""
+        """SciPy spline of the positions, which extrapolates: a `CubicSpline`, or a `BSpline` if smoothed.
+
+        It takes times in s, and returns positions in m and their derivatives in m/s^order, in the world frame.
+        """
         return self._positions
 
     @property
@@ -234,7 +238,11 @@ class PoseMotion(AngularMotion):
 
     @property
     def bc_type(self) -> BcType | None:
-        """End conditions as given; None for smoothing splines. Vectors are read-only, shape (2, 3)."""
+        """End conditions as given; None for smoothing splines.
+
+        Vectors are read-only, of shape (2, 3): an angular rate in rad/s and a velocity in m/s, or an angular
+        acceleration in rad/s^2 and a linear one in m/s^2.
+        """
         return self._bc_type
 
     @property

@@ -34,7 +34,8 @@ class RotationSpline(RotationMotion):
     Parameters
     ----------
     t : array_like, shape (N,) or (..., N)
-        At least two increasing times, in s. With leading axes, each spline of a batch has its own times.
+        At least two increasing times, in s; another unit of time takes the place of s in all units of the spline. With
+        leading axes, each spline of a batch has its own times.
     rotations : Rotation, or array_like, shape (..., N, 4) or (..., N, 3, 3)
         N rotations: a SciPy `Rotation`; quaternions, scalar last, of any nonzero length; or matrices, orthonormal to
         1e-9 (float32: 1e-5), with determinant 1. Quaternions and matrices with leading axes make a batch of splines.
@@ -44,7 +45,7 @@ class RotationSpline(RotationMotion):
         and the last rotation: each ``"natural"``, ``"clamped"``, ``(1, w)`` with an angular rate in rad/s or ``(2, a)``
         with an angular acceleration in rad/s^2, of shape (3,), in the body frame.
     times : array_like, optional
-        Alias of `t`, as in SciPy.
+        Alias of `t`, in s, as in SciPy.
     extrapolate : bool, default True
         If True, the first and the last piece are continued outside ``[t[0], t[-1]]``. If False, such times raise,
         except within 4 ulp of an end (of the larger end in absolute value), which count as that end.
@@ -66,8 +67,8 @@ class RotationSpline(RotationMotion):
         Mismatched shapes or numbers, non-finite entries, times that do not increase, a quaternion of length zero, a
         matrix that is not a rotation (with its defect). Names the knot; carries ``knot``.
     OutsideDomainError
-        Two consecutive rotations are half a turn apart, so that the shortest path is not unique; carries ``knot``, the
-        index of the first, and ``angle`` in rad.
+        Two consecutive rotations are half a turn apart, so that the shortest path is not unique: their angle is within
+        2.7e-15 rad of pi, 12 times the machine epsilon. Carries ``knot``, the index of the first, and ``angle`` in rad.
     ConvergenceError
         No spline was found; carries ``report``.
     TypeError
@@ -85,6 +86,8 @@ class RotationSpline(RotationMotion):
 
     In the world frame, vectors are expressed along the axes of the world: ``R w``, ``R w'`` and ``R w''``. The first
     two are the world rate and its derivative, but the derivative of the second is ``R (w'' + w x w')``.
+
+    Results are float64, also for input in float32.
 
     ``spline.curve.save(path)`` writes a file; ``RotationSpline.from_curve(stiefel_rs.load(path))`` reads it. SciPy is
     imported only for `Rotation` objects.
@@ -153,7 +156,7 @@ class RotationSpline(RotationMotion):
         Parameters
         ----------
         curve : CubicSpline, SmoothingSpline or CubicHermite
-            A curve of Riemannian cubics through matrices of determinant 1.
+            A curve of Riemannian cubics through matrices of determinant 1, with times in s.
         kind : {"quaternions", "matrices", "Rotation"}
             Kind of rotations that the spline returns.
         extrapolate : bool, optional
@@ -211,7 +214,8 @@ class RotationSpline(RotationMotion):
         rotations : Rotation, or array_like, shape (..., N, 4) or (..., N, 3, 3)
             As for the class.
         lam : float, optional
-            Weight of the acceleration, at least 0, in s^3; 0 interpolates. By default chosen by generalised
+            Weight of the acceleration, at least 0, in s^3; 0 interpolates, ``numpy.inf`` gives the straightest curve, a
+            rotation at constant rate that makes the sum of squared angles stationary. By default chosen by generalised
             cross-validation, which needs at least three rotations.
         weights : array_like, shape (N,), optional
             Positive weights, by default 1. They may be dimensionless, or 1 / variance in rad^-2: then ``lam`` is in
@@ -225,7 +229,7 @@ class RotationSpline(RotationMotion):
         max_iterations : int, default 200
             Largest number of iterations.
         num_threads : int, optional
-            Number of threads; by default the size of the global pool.
+            Number of threads; by default the size of the global pool. Splines of a batch are fitted one after another.
 
         Returns
         -------
@@ -288,7 +292,7 @@ class RotationSpline(RotationMotion):
         extrapolate, project : bool
             As for the class.
         num_threads : int, optional
-            Number of threads; by default the size of the global pool.
+            Number of threads; by default the size of the global pool. Splines of a batch are made one after another.
 
         Returns
         -------

@@ -59,9 +59,9 @@ class RotationMotion(AngularMotion):
         t : array_like, shape T
             Times, in s, shared by all splines of a batch; for SciPy's `Rotation` at most one axis.
         order : {0, 1, 2, 3}
-            0 for rotations; 1, 2 and 3 for angular rate, acceleration and jerk.
+            0 for rotations; 1, 2 and 3 for angular rate in rad/s, acceleration in rad/s^2 and jerk in rad/s^3.
         times : array_like, optional
-            Alias of `t`, as in SciPy.
+            Alias of `t`, in s, as in SciPy.
         extrapolate : bool, optional
             Whether times outside ``t_span`` are allowed in this call; by default as for the spline.
 
@@ -117,7 +117,11 @@ class RotationMotion(AngularMotion):
 
     @property
     def curve(self) -> Any:
-        """Curve on St(3, 3): a `CubicSpline`, `SmoothingSpline` or `CubicHermite`; an object array for a batch."""
+        """Curve on St(3, 3): a `CubicSpline`, `SmoothingSpline` or `CubicHermite`; an object array for a batch.
+
+        Its times are in s. Its norms, of the canonical metric, are those of the rates: ``curve.derivative_bounds()``
+        bounds ``|w|`` in rad/s, ``|w'|`` in rad/s^2 and, as the jerk, ``|w'' + (w x w') / 2|`` in rad/s^3.
+        """
         return self._curves.objects([member.curve for member in self._curves.members])
 
     @property
@@ -139,7 +143,7 @@ class RotationMotion(AngularMotion):
     def degrees_of_freedom(self) -> Any:
         """Effective number of rotations that a smoothing spline retains, shape (...); None for other splines.
 
-        Between 2 and N. With weights 1 the variance of an angle about each axis is about
+        Between 2 and N, dimensionless. With weights 1 the variance of an angle about each axis, in rad^2, is about
         ``misfit / (3 * (N - degrees_of_freedom))``.
         """
         return self._of_smoothing("degrees_of_freedom")
@@ -156,7 +160,7 @@ class RotationMotion(AngularMotion):
 
     @property
     def times(self) -> Array:
-        """Alias of `t`, as in SciPy."""
+        """Alias of `t`, in s, as in SciPy."""
         return self.t
 
     @property
@@ -181,7 +185,10 @@ class RotationMotion(AngularMotion):
 
     @property
     def bc_type(self) -> BcType | None:
-        """End conditions as given; None for smoothing and Hermite splines. Vectors are read-only."""
+        """End conditions as given; None for smoothing and Hermite splines.
+
+        Vectors are read-only: rates in rad/s and accelerations in rad/s^2, in the body frame.
+        """
         return self._bc_type
 
     def __repr__(self) -> str:

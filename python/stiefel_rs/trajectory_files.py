@@ -123,7 +123,8 @@ def write_tum(path: PathLike, t: ArrayLike, poses: Any) -> None:
     Parameters
     ----------
     path : str or os.PathLike
-        Name of the file. An existing file is replaced once the new one is complete, and kept if writing fails.
+        Name of the file. An existing file is replaced once the new one is complete, and stays as it is if
+        writing fails.
     t : array_like, shape (N,)
         Increasing times in seconds.
     poses : tuple, scipy.spatial.transform.RigidTransform or array_like
@@ -146,6 +147,10 @@ def write_tum(path: PathLike, t: ArrayLike, poses: Any) -> None:
     -----
     Numbers are written with all their digits: `read_tum` returns the same float64 for times, positions and unit
     quaternions.
+
+    The file is written whole or not at all, whether writing raises or the process ends in the middle of it; a process
+    that is killed may leave a file ``*.part`` beside it. This does not hold for a loss of power, since the file is not
+    forced to the disk, nor for devices and pipes, which are written directly.
     """
     _write_poses(path, TUM_SUFFIXES[0], t, poses)
 
@@ -230,7 +235,7 @@ def write_trajectory(path: PathLike, t: ArrayLike, poses: Any) -> None:
     Notes
     -----
     The header of a CSV file is ``t,x,y,z,qx,qy,qz,qw``, in seconds and metres, or ``t,qx,qy,qz,qw``. Numbers are
-    written with all their digits, as `write_tum` does.
+    written with all their digits, and the file is written whole or not at all, as by `write_tum`.
     """
     _write_poses(path, suffix_of(path), t, poses)
 

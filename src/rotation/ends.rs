@@ -23,9 +23,9 @@ use crate::spline::{EndCondition, EndConditions};
 pub enum RotationEnds {
     /// Zero angular acceleration at both ends: the curve of least cost through the rotations.
     Natural,
-    /// One condition at each end.
+    /// One condition at each end, in the body frame.
     Each([RotationEnd; 2]),
-    /// The last rotation equals the first one; the rate and the angular acceleration agree there.
+    /// The last rotation equals the first one; the rate and the angular acceleration agree there, in both frames.
     Periodic,
 }
 
@@ -44,9 +44,9 @@ pub enum RotationEnds {
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub enum RotationEnd {
-    /// The body rate, in radians per unit of time.
+    /// The angular velocity `w` in the body frame, in radians per unit of time (rad/s).
     Rate(Vector3<f64>),
-    /// Its derivative, the angular acceleration.
+    /// Its derivative `w'`, the angular acceleration in the body frame, in radians per unit of time squared (rad/s^2).
     Acceleration(Vector3<f64>),
 }
 
@@ -67,7 +67,7 @@ pub enum RotationEnd {
 pub enum PoseEnds {
     /// Zero angular and linear acceleration at both ends.
     Natural,
-    /// One condition at each end.
+    /// One condition at each end: angular vectors in the body frame, linear ones in the world frame.
     Each([PoseEnd; 2]),
     /// The last pose equals the first one; velocities and accelerations agree there.
     Periodic,
@@ -87,18 +87,18 @@ pub enum PoseEnds {
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub enum PoseEnd {
-    /// Velocities, in radians and lengths per unit of time.
+    /// Velocities, per unit of time.
     Velocity {
-        /// Angular velocity.
+        /// Angular velocity `w` in the body frame, in radians per unit of time (rad/s).
         angular: Vector3<f64>,
-        /// Velocity of the position.
+        /// Velocity `p'` of the position in the world frame, in units of length per unit of time (m/s).
         linear: Vector3<f64>,
     },
-    /// Accelerations.
+    /// Accelerations, per unit of time squared.
     Acceleration {
-        /// Angular acceleration.
+        /// Angular acceleration `w'` in the body frame, in radians per unit of time squared (rad/s^2).
         angular: Vector3<f64>,
-        /// Acceleration of the position.
+        /// Acceleration `p''` of the position in the world frame, in units of length per unit of time squared (m/s^2).
         linear: Vector3<f64>,
     },
 }

@@ -14,8 +14,19 @@ use crate::spline::SplineOptions;
 /// A curve of poses through keyframes: a [`RotationSpline`] for the rotations, and a cubic spline with the same end
 /// conditions for the positions.
 ///
-/// In the product metric of `SO(3) x R^3` the two decouple. Positions and their derivatives are in the world frame, in
-/// units of length per unit of time. Outside the keyframes' times the first and the last piece are extrapolated.
+/// In the product metric of `SO(3) x R^3` the two decouple. A pose takes a point `x` of the body to `R x + p` in the
+/// world. Positions and their derivatives are in the world frame. Angles are in radians; lengths and times are in any
+/// unit, called m and s here. Outside the keyframes' times the first and the last piece are extrapolated.
+///
+/// [`PoseSpline::rotations`] gives the angular velocity, acceleration and jerk, in either frame. After the first
+/// evaluation, later ones between the first and the last keyframe allocate nothing (asserted in `tests/allocation.rs`).
+///
+/// Only the Python class has
+/// * smoothing of poses (`PoseSpline.smoothing`); in Rust, [`RotationSpline::smoothing`] smooths rotations alone;
+/// * evaluation at many times in one call;
+/// * linear velocities, accelerations and jerks in the body frame; in Rust, multiply by the inverse of the rotation;
+/// * the choice to refuse times outside the keyframes (`extrapolate=False`);
+/// * poses given and returned as matrices of shape `(4, 4)`.
 ///
 /// # Examples
 /// ```
@@ -40,6 +51,8 @@ pub struct PoseSpline {
 
 impl PoseSpline {
     /// The spline through poses at increasing times.
+    ///
+    /// `options` apply to the rotations. In particular, `tension` leaves the positions unchanged.
     ///
     /// # Errors
     /// As [`RotationSpline::new`]; `NonFinite` and, for periodic ends that do not close, `InvalidArgument`, both
@@ -78,20 +91,21 @@ impl PoseSpline {
         })
     }
 
-    /// The rotation part.
+    /// The rotation part, from the body frame to the world frame.
     pub fn rotations(&self) -> &RotationSpline {
         &self.rotations
     }
 
-    /// The times of the keyframes.
+    /// The times of the keyframes, in units of time (s).
     pub fn knots(&self) -> &[f64] {
         self.rotations.knots()
     }
 
-    /// The pose at a time.
+    /// The pose at a time, from the body frame to the world frame: a rotation, dimensionless, and a position, in units
+    /// of length (m).
     ///
     /// # Errors
-    /// As [`RotationSpline::rotation`].
+    /// As [`RotationSpline::rotation`]; `Overflow`.
     pub fn pose(&self, t: f64) -> Result<Isometry3<f64>> {
         let translation = Translation3::from(self.position(t)?);
         Ok(Isometry3::from_parts(
@@ -100,7 +114,7 @@ impl PoseSpline {
         ))
     }
 
-    /// The position at a time.
+    /// The position `p` at a time, in the world frame, in units of length (m).
     ///
     /// # Errors
     /// `NonFinite`, `Overflow`.
@@ -108,7 +122,7 @@ impl PoseSpline {
         self.derivative(t, 0)
     }
 
-    /// The velocity of the position, in the world frame.
+    /// The velocity of the position `p'`, in the world frame, in units of length per unit of time (m/s).
     ///
     /// # Errors
     /// `NonFinite`, `Overflow`.
@@ -116,12 +130,22 @@ impl PoseSpline {
         self.derivative(t, 1)
     }
 
-    /// The acceleration of the position, in the world frame.
+    /// The acceleration of the position `p''`, in the world frame, in units of length per unit of time squared (m/s^2).
     ///
     /// # Errors
     /// `NonFinite`, `Overflow`.
     pub fn linear_acceleration(&self, t: f64) -> Result<Vector3<f64>> {
         self.derivative(t, 2)
+    }
+
+    /// The jerk of the position `p'''`, in the world frame, in units of length per unit of time cubed (m/s^3).
+    ///
+    /// It is constant on each piece. At a knot, where it jumps, it is the value of the following piece.
+    ///
+    /// # Errors
+    /// `NonFinite`, `Overflow`.
+    pub fn linear_jerk(&self, t: f64) -> Result<Vector3<f64>> {
+        self.derivative(t, 3)
     }
 
     /// The twist of the pose `T(t)`, angular part first: `T^{-1} T'` in the body frame, `T' T^{-1}` in the world frame:
@@ -130,8 +154,11 @@ impl PoseSpline {
     /// (w,\; R^T p'),\qquad (R w,\; p' - R w \times p)
     /// ```
     ///
+    /// The angular part is in radians per unit of time (rad/s), the linear part in units of length per unit of time
+    /// (m/s). In the world frame, the linear part is the velocity of the body's point at the world's origin.
+    ///
     /// # Errors
-    /// As [`RotationSpline::rotation`].
+    /// As [`RotationSpline::rotation`]; `Overflow`.
     /// # Source
     /// Lynch, Park (2017), "Modern Robotics", sec. 3.3.2.
     pub fn twist(&self, t: f64, frame: ReferenceFrame) -> Result<nalgebra::Vector6<f64>> {

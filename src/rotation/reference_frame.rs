@@ -1,6 +1,6 @@
 //! The frame in which rates are expressed.
 
-/// The frame in which a rate, an acceleration or a jerk is expressed.
+/// The frame in which a rate, an acceleration, a jerk or a twist is expressed. The choice leaves units unchanged.
 ///
 /// # Examples
 /// ```

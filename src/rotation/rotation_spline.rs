@@ -24,7 +24,8 @@ use crate::spline::{
     cubic_spline_of_legs, smoothing_spline,
 };
 
-/// Number of times from which evaluation is parallel: below it, waking the threads takes longer than the work.
+/// Number of times from which evaluation is parallel: below it, waking the threads takes longer than the work. The
+/// number is written out in the doc comments of the `*_into` functions.
 const SHARED: usize = 4096;
 
 /// A curve of rotations through keyframes: twice continuously differentiable, and stationary for the integral of the
@@ -34,8 +35,12 @@ const SHARED: usize = 4096;
 /// to unit quaternions. Their sign is continuous, and at the first keyframe it is that of the given quaternion. Outside
 /// the keyframes' times the first and the last piece are extrapolated.
 ///
+/// A rotation takes vectors of the body frame to the world frame. Angles are in radians and times in any unit, called s
+/// here: rates are in rad/s, accelerations in rad/s^2, jerks in rad/s^3.
+///
 /// The first evaluation builds the polynomials of all legs, two microseconds per leg of a spline through its keyframes and more
-/// for other curves; later evaluations between the first and the last keyframe allocate nothing.
+/// for other curves; later evaluations between the first and the last keyframe allocate nothing, unless one call takes
+/// 4096 or more times (asserted in `tests/allocation.rs`).
 ///
 /// # Accuracy
 /// Quaternions have unit length to `2 eps` and are within 8e-13 rad of the keyframes; the curve differs from the curve
@@ -117,8 +122,8 @@ impl RotationSpline {
         ))
     }
 
-    /// The spline through rotations with given body rates, in radians per unit of time; once continuously
-    /// differentiable.
+    /// The spline through rotations with given rates in the body frame, in radians per unit of time (rad/s); once
+    /// continuously differentiable.
     ///
     /// # Errors
     /// As [`cubic_hermite`].
@@ -150,6 +155,10 @@ impl RotationSpline {
 
     /// The smoothing spline near rotations, computed from their matrices: it balances closeness to the rotations
     /// against cost.
+    ///
+    /// It makes the sum of weight times squared angle between rotation and curve, in rad^2, plus `lambda` times the
+    /// [cost](RotationSpline::cost) stationary. `lambda` is in units of time cubed (s^3) if weights are dimensionless, and
+    /// in s^3/rad^2 if they are in rad^-2.
     ///
     /// # Errors
     /// As [`smoothing_spline`].
@@ -225,18 +234,19 @@ impl RotationSpline {
         &self.curve
     }
 
-    /// The times of the keyframes.
+    /// The times of the keyframes, in units of time (s).
     pub fn knots(&self) -> &[f64] {
         self.curve.knots()
     }
 
-    /// The rotations at the knots.
+    /// The rotations at the knots, from the body frame to the world frame.
     pub fn keyframes(&self) -> impl Iterator<Item = UnitQuaternion<f64>> {
         self.rotations.iter().map(|q| unit(*q))
     }
 
-    /// The integral of the squared angular acceleration between the first and the last keyframe; for a curve in
-    /// tension, the integral of `|w'|^2 + tau |w|^2`.
+    /// The integral of the squared angular acceleration between the first and the last keyframe, in radians squared per
+    /// unit of time cubed (rad^2/s^3); for a curve in tension, the integral of `|w'|^2 + tau |w|^2`, with `tau` in
+    /// 1/s^2. It is the same in the body frame and in the world frame.
     ///
     /// # Errors
     /// `Overflow`, and the errors of evaluating the curve.
@@ -249,7 +259,7 @@ impl RotationSpline {
         self.report.as_ref()
     }
 
-    /// The rotation at a time.
+    /// The rotation at a time, from the body frame to the world frame; a unit quaternion, dimensionless.
     ///
     /// # Errors
     /// `NonFinite`; outside the keyframes, the errors of extending the curve.
@@ -259,7 +269,8 @@ impl RotationSpline {
         Ok(unit(out[0]))
     }
 
-    /// The angular velocity at a time, in radians per unit of time.
+    /// The angular velocity at a time, in radians per unit of time (rad/s): `w` in the body frame, `R w` in the world
+    /// frame.
     ///
     /// # Errors
     /// As [`RotationSpline::rotation`].
@@ -267,7 +278,8 @@ impl RotationSpline {
         self.vector(t, 0, frame)
     }
 
-    /// The angular acceleration at a time: the derivative of the angular velocity, in the given frame.
+    /// The angular acceleration at a time, in radians per unit of time squared (rad/s^2): the derivative of the angular
+    /// velocity in the given frame, `w'` in the body frame and `R w'` in the world frame.
     ///
     /// # Errors
     /// As [`RotationSpline::rotation`].
@@ -275,8 +287,9 @@ impl RotationSpline {
         self.vector(t, 1, frame)
     }
 
-    /// The angular jerk at a time: the second derivative `w''` of the body rate. In the world frame it is `R w''`,
-    /// whereas the derivative of the angular acceleration there is `R (w'' + w x w')`.
+    /// The angular jerk at a time, in radians per unit of time cubed (rad/s^3): the second derivative `w''` of the body
+    /// rate. In the world frame it is `R w''`, whereas the derivative of the angular acceleration there is
+    /// `R (w'' + w x w')`. At a knot, where the jerk jumps, it is the value of the following piece.
     ///
     /// # Errors
     /// As [`RotationSpline::rotation`].
@@ -295,7 +308,9 @@ impl RotationSpline {
         }
     }
 
-    /// Unit quaternions at many times, scalar last; in parallel for long arrays.
+    /// Unit quaternions at many times, scalar last, dimensionless; rotations from the body frame to the world frame.
+    ///
+    /// From 4096 times on, the thread pool shares the work, and may allocate memory.
     ///
     /// # Errors
     /// As [`RotationSpline::rotation`]; `NonFinite` with the index of the time.
@@ -307,7 +322,10 @@ impl RotationSpline {
         })
     }
 
-    /// Body rates, or their derivatives of order up to 2, at many times; in parallel for long arrays.
+    /// Rates in the body frame, or their derivatives, at many times: `w` in rad/s (order 0), `w'` in rad/s^2 (order 1) or
+    /// `w''` in rad/s^3 (order 2), radians per unit of time to the power `order + 1`.
+    ///
+    /// From 4096 times on, the thread pool shares the work, and may allocate memory.
     ///
     /// # Errors
     /// As [`RotationSpline::rotation`]; `InvalidArgument` (order), `NonFinite` with the index of the time, `Overflow`.

@@ -74,6 +74,7 @@ def test_help_works_without_the_extras():
         "sys.modules.update(dict.fromkeys(['jax', 'torch', 'dask', 'matplotlib', 'pymanopt']))",
         "import stiefel_rs",
         "assert 'RotationSpline' in pydoc.render_doc(stiefel_rs)",
+        "assert 'interpolates rotations given as quaternions' in inspect.getdoc(stiefel_rs)",
         "assert dict(inspect.getmembers(stiefel_rs))['CubicSpline'] is stiefel_rs.CubicSpline",
         "assert not hasattr(stiefel_rs, 'torch')",
         "stiefel_rs.jax",

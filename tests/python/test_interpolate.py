@@ -342,6 +342,8 @@ def test_help(capsys, monkeypatch):
     text = capsys.readouterr().out
     assert all(f"  {kind} " in text for kind in interpolate.KINDS)
     assert max(map(len, text.splitlines())) <= 90
+    # For readers who look for their data.
+    assert "orientations as unit quaternions, scalar last" in text
 
 
 def test_rounded_points_are_projected_where_it_is_asked_for(tmp_path, capsys):

@@ -192,6 +192,8 @@ def test_matrices_and_pairs_come_out():
         assert PoseSpline(t[:2], given).kind == "matrices"
     single = PoseSpline(t, homogeneous(q, p).astype(np.float32))
     same(single(t), homogeneous(q, p), 1e-5)
+    times = t.astype(np.float32)
+    assert {found.dtype for found in (single(times), single.twist(times), single.position(times))} == {np.dtype(float)}
     whole = PoseSpline([0, 1], np.stack([np.eye(4, dtype=int)] * 2))
     same(whole(0.5), np.eye(4), 1e-15)
 
@@ -381,6 +383,14 @@ def test_positions_with_a_large_weight_tend_to_a_line(lam):
     assert np.abs(spline.position(t) - line).max() < 0.1 / lam + 1e-13
     with pytest.raises(InvalidInputError, match=r"lam \(1e\+307\) too large"):
         PoseSpline.smoothing(t, (q, p), lam=(1.0, 1e307), weights=w)
+
+
+def test_an_infinite_weight_makes_the_rate_constant():
+    t, q, p = poses(step=0.3)
+    spline, at = PoseSpline.smoothing(t, (q, p), lam=(np.inf, 1e-3)), inner(t)
+    assert spline.lam == (np.inf, 1e-3)
+    same(spline.angular_velocity(at), np.tile(spline.angular_velocity(t[0]), (len(at), 1)), 1e-10)
+    assert np.abs(spline.linear_acceleration(at)).max() > 0.1
 
 
 def test_positions_too_large_for_a_float():

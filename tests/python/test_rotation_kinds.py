@@ -141,6 +141,17 @@ def test_batches_equal_singles(lead, own_times):
             assert batch.t.shape == (*lead, 6)
 
 
+def test_batches_are_the_same_for_any_number_of_threads():
+    # More than 64 pieces in all: the splines are shared among the threads.
+    q = np.stack([wander(20, seed)[1] for seed in range(40)])
+    t, at = wander(20)[0], np.linspace(0, 19, 101)
+    expected = RotationSpline(t, q, num_threads=1)
+    for threads in (2, 7, None):
+        found = RotationSpline(t, q, num_threads=threads)
+        for order in range(4):
+            assert np.array_equal(found(at, order), expected(at, order))
+
+
 def hermite(t, q):
     return RotationSpline.hermite(t, q, 0.1 * q[..., :3])
 

@@ -2,8 +2,11 @@
 
 import decimal
 import errno
+import io
 import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -311,6 +314,64 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
         write_tum(path, t, (q, p))
     assert path.read_text() == "old"
     assert [file.name for file in tmp_path.iterdir()] == ["in.tum"]
+
+
+# A disk with room for 1000 bytes; the rest of a longer write fails.
+FULL = """\
+import errno, io
+class Full(io.FileIO):
+    ROOM = 1000
+
+    def write(self, data):
+        if self.tell() + len(data) <= self.ROOM:
+            return super().write(data)
+        super().write(bytes(data)[: self.ROOM - self.tell()])
+        return self.fail()
+
+    def fail(self):
+        raise OSError(errno.ENOSPC, "No space left on device")
+"""
+
+
+@pytest.mark.parametrize("write", [write_tum, write_trajectory])
+def test_a_write_that_fails_in_the_middle_leaves_the_old_file(tmp_path, monkeypatch, write):
+    path, (t, q, p), written = text_file(tmp_path, "old"), random_poses(), []
+    names = {}
+    exec(FULL, names)
+
+    class Full(names["Full"]):
+        def fail(self):
+            written.append(Path(self.name).read_bytes())
+            super().fail()
+
+    monkeypatch.setattr(
+        stiefel_rs.storage, "open", lambda path, mode: io.BufferedWriter(Full(path, mode)), raising=False
+    )
+    with pytest.raises(OSError, match=r"No space left on device: '.*in\.tum'"):
+        write(path, t, (q, p))
+    # Part of the new file was on the disk.
+    assert written[0].startswith(b"# timestamp") and len(written[0]) == 1000
+    assert path.read_text() == "old"
+    assert [file.name for file in tmp_path.iterdir()] == ["in.tum"]
+
+
+def test_a_process_that_ends_in_the_middle_leaves_the_old_file(tmp_path):
+    path = text_file(tmp_path, "old")
+    lines = [
+        FULL,
+        "import os, numpy, stiefel_rs.storage",
+        "Full.fail = lambda self: os._exit(7)",
+        "stiefel_rs.storage.open = lambda path, mode: io.BufferedWriter(Full(path, mode))",
+        "t, ones = numpy.arange(5000.0), numpy.ones((5000, 1))",
+        f"stiefel_rs.write_tum({str(path)!r}, t, (ones * [0, 0, 0, 1], ones * [1, 2, 3]))",
+    ]
+    found = subprocess.run([sys.executable, "-c", "\n".join(lines)], check=False)
+    assert found.returncode == 7
+    assert path.read_text() == "old"
+    # What was written so far has another name.
+    (other,) = (file for file in tmp_path.iterdir() if file != path)
+    assert re.fullmatch(r"in\.tum\.\w+\.part", other.name)
+    assert other.stat().st_size == 1000
 
 
 def test_many_rows(tmp_path):
