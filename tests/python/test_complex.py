@@ -6,6 +6,7 @@ import pickle
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.optimize
 from complex_frames import (
     EPS,
     METRICS,
@@ -332,3 +333,78 @@ def test_minus_one_has_no_unique_logarithm():
         M, eye = Stiefel(m, m, field="complex"), np.eye(m, dtype=complex)
         with pytest.raises(OutsideDomainError):
             M.log(eye, -eye)
+
+
+# ---------------------------------------------------------------- certainty of the logarithm
+
+# Below this length every geodesic of the real embedding, where lengths are larger by sqrt 2, is the shortest one: its
+# curvature is at most 5/4.
+CERTAIN = np.pi * np.sqrt(0.8 / 2)
+
+
+@pytest.mark.parametrize("shape", [(2, 1), (3, 2), (4, 2), (12, 3), (50, 5)], ids=str)
+def test_near_points_have_a_certificate(shape, rng):
+    M = Stiefel(*shape, field="complex")
+    S = M.random_point(rng)
+    for share in (1e-9, 0.3, 0.99):
+        (V,) = tangents(M, S, rng, 1, share * CERTAIN)
+        found, report = M.log(S, exp(S, V), full_output=True)
+        assert report.certainly_shortest is True
+        assert_close(report.length, share * CERTAIN, 1e-13, "length")
+        # Measured at most 5e-15.
+        assert_close(found, V, 1e-13, "the shortest geodesic")
+
+
+@pytest.mark.parametrize("shape", [(12, 3), (50, 5)], ids=str)
+def test_far_points_have_none(shape, rng):
+    M = Stiefel(*shape, field="complex")
+    S = M.random_point(rng)
+    for share in (1.01, 1.2, 1.4):
+        (V,) = tangents(M, S, rng, 1, share * CERTAIN)
+        found, report = M.log(S, exp(S, V), full_output=True)
+        assert report.certainly_shortest is False
+        assert report.converged
+        assert_close(exp(S, found), exp(S, V), 1e-12, "end point")
+        assert report.length <= share * CERTAIN + 1e-12
+
+
+def length_on_berger_sphere(z, samples=200):
+    """Length of the shortest geodesic of St(n, 1) between points with S0^H S1 = z, by a scan of all geodesics.
+
+    exp(S, V) with |K| = r and Omega = i w has the component e^{i w / 2} (cos a + i w sin a / (2 a)) along S, with
+    a^2 = r^2 + w^2 / 4; the squared length is r^2 + w^2 / 2.
+    """
+    s = np.sqrt(1 - abs(z) ** 2)
+    lengths = []
+
+    def velocity(a, sign):
+        return 2 * sign * np.sqrt(max(a**2 - (a * s / np.sin(a)) ** 2, 0.0))
+
+    def angle(u, sign, low, high):
+        a = (low + high) / 2 - (high - low) / 2 * np.cos(u)
+        w = velocity(a, sign)
+        return np.angle(np.exp(0.5j * w) * (np.cos(a) + 0.5j * w / a * np.sin(a)) / z)
+
+    for turn, sign in [(0, 1), (0, -1), (1, 1), (1, -1)]:
+        low, high = np.arcsin(s) + turn * np.pi, (turn + 1) * np.pi - np.arcsin(s)
+        grid = np.linspace(0, np.pi, samples)
+        values = [angle(u, sign, low, high) for u in grid]
+        for i in range(samples - 1):
+            if values[i] * values[i + 1] < 0 and abs(values[i] - values[i + 1]) < 1:
+                u = scipy.optimize.brentq(angle, grid[i], grid[i + 1], (sign, low, high), xtol=1e-14)
+                a = (low + high) / 2 - (high - low) / 2 * np.cos(u)
+                lengths.append(np.sqrt(a**2 + velocity(a, sign) ** 2 / 4))
+    return min(lengths)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_certified_geodesics_are_shortest(n):
+    """On St(n, 1), whose geodesics are all known; also those that have no certificate."""
+    M, rng = Stiefel(n, 1, field="complex"), np.random.default_rng(1)
+    certificates = []
+    for S0, S1 in zip(M.random_point(rng, size=15), M.random_point(rng, size=15), strict=True):
+        _, report = M.log(S0, S1, full_output=True)
+        certificates.append(report.certainly_shortest)
+        # Measured at most 1e-14.
+        assert_close(report.length, length_on_berger_sphere(np.vdot(S0, S1)), 1e-13, "length")
+    assert sum(certificates) >= 10

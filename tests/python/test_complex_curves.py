@@ -15,6 +15,7 @@ from stiefel_rs import (
     Geodesic,
     GeometricCubic,
     GeometricPolynomial,
+    Grassmann,
     InvalidInputError,
     QuasiGeodesic,
     RiemannianCubic,
@@ -290,6 +291,66 @@ def test_all_solutions():
         assert curve.field == "complex"
         assert_close(curve(1.0), S1, 1e-11, "end point")
         assert_close(curve.velocity(1.0), -V1, 1e-11, "end velocity")
+
+
+def hermite_cost(change, first, last, weight):
+    """`weight` times the integral of phi''^2 of the cubic polynomial phi from 0 with given end and end slopes."""
+    a, b = 6 * change - 4 * first - 2 * last, 6 * first + 6 * last - 12 * change
+    return weight * (a**2 + a * b + b**2 / 3)
+
+
+def assert_solutions(found, S1, V1, at_least):
+    """Different curves with the given ends, the cheapest first."""
+    assert len(found) >= at_least
+    middles = [np.concatenate([curve(0.5), curve.velocity(0.5)]) for curve in found]
+    for one, other in itertools.combinations(middles, 2):
+        assert abs(one - other).max() > 1e-2
+    costs = [curve.cost() for curve in found]
+    assert costs == sorted(costs)
+    for curve in found:
+        assert curve.field == "complex"
+        # A subspace ends in a basis of its own.
+        Q = H(S1) @ curve(1.0) if isinstance(curve.manifold, Grassmann) else np.eye(curve.k)
+        # Measured at most 7e-13.
+        assert_close(curve(1.0), S1 @ Q, 1e-11, "end point")
+        assert_close(curve.velocity(1.0), V1 @ Q, 1e-11, "end velocity")
+
+
+def test_all_solutions_on_the_circle():
+    """U(1): one cubic polynomial of phases for each number of turns."""
+    S0, S1 = np.ones((1, 1), complex), np.exp(2.5j) * np.ones((1, 1))
+    found = RiemannianCubic.from_boundary(S0, 0.7j * S0, S1, -0.4j * S1, all_found=True)
+    assert_solutions(found, S1, -0.4j * S1, 3)
+    costs = sorted(hermite_cost(2.5 + 2 * np.pi * turns, 0.7, -0.4, 0.5) for turns in range(-4, 5))
+    assert_close([curve.cost() / cost for curve, cost in zip(found[:3], costs, strict=False)], 1.0, 3e-12, "costs")
+
+
+def test_all_solutions_of_diagonal_gates():
+    """U(2): diagonal matrices with any numbers of turns are solutions; those of least cost are found."""
+    phases, first, last = np.array([1.1, 2.5]), np.array([0.7, -0.3]), np.array([-0.4, 0.5])
+    S0, S1 = np.eye(2, dtype=complex), np.diag(np.exp(1j * phases))
+    V1 = S1 @ np.diag(1j * last)
+    Q = unitary(np.random.default_rng(2), 2)
+    # Another basis of C^2 at the start, so that no entry vanishes.
+    data = (Q @ x for x in (S0, np.diag(1j * first), S1, V1))
+    found = RiemannianCubic.from_boundary(*data, all_found=True)
+    assert_solutions(found, Q @ S1, Q @ V1, 3)
+    known = sorted(
+        sum(hermite_cost(phases[i] + 2 * np.pi * turns[i], first[i], last[i], 0.5) for i in (0, 1))
+        for turns in itertools.product(range(-3, 4), repeat=2)
+    )
+    assert_close([curve.cost() / cost for curve, cost in zip(found[:3], known, strict=False)], 1.0, 3e-12, "costs")
+
+
+def test_all_solutions_on_a_line_of_states():
+    """CP^1: real states cos(phi) e1 + sin(phi) e2 have period pi, and all velocities are along the line."""
+    M = Grassmann(2, 1, field="complex")
+    S0, S1 = (np.array([[np.cos(phi)], [np.sin(phi) + 0j]]) for phi in (0.0, 0.9))
+    V0, V1 = (speed * np.array([[-S[1, 0]], [S[0, 0]]]) for speed, S in ((0.7, S0), (-0.4, S1)))
+    found = RiemannianCubic.from_boundary(S0, V0, S1 * np.exp(0.3j), V1 * np.exp(0.3j), all_found=True, manifold=M)
+    assert_solutions(found, S1, V1, 2)
+    known = sorted(hermite_cost(0.9 + np.pi * turns, 0.7, -0.4, 1.0) for turns in range(-4, 5))
+    assert_close([curve.cost() / cost for curve, cost in zip(found[:2], known, strict=False)], 1.0, 3e-12, "costs")
 
 
 @pytest.mark.parametrize("integrate", [integrate_cubic, integrate_embedded])

@@ -28,6 +28,10 @@ use crate::space::Quotient;
 /// result. The value is `pi^2`.
 const SLOW: f64 = 9.87;
 
+/// Entries of `V^T V` up to which cosine and sinc are 1 to the last digit. Eigenvalues near the smallest numbers are not
+/// found: of 30 random vectors each with `|V|` from 1e-161 to 1e-155, none.
+const NO_TURN: f64 = 1e-40;
+
 /// `sin(s) / s` at `s = sqrt(square)`.
 fn sinc(square: f64) -> f64 {
     let s = square.max(0.0).sqrt();
@@ -57,7 +61,10 @@ enum Turn {
 impl Turn {
     fn new(y: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Self> {
         let (n, k) = y.shape();
-        let square = gram(v);
+        let mut square = gram(v);
+        if square.norm_max() <= NO_TURN {
+            square.fill(0.0);
+        }
         if check_finite("V^T V", square.as_ref()).is_ok() {
             let mut eigen = SymmetricEigen::new(k);
             eigen.compute(square.as_ref())?;
