@@ -30,7 +30,8 @@
 //! the manifold ([`Stiefel`]), and a damped Newton solver ([`newton`]).
 //!
 //! Curves through many points are in [`spline`], splines of rotations and poses in [`rotation`]. With the feature
-//! `serde`, curves are serialised exactly, in a versioned form that is checked when it is read.
+//! `serde`, curves are serialised exactly, in a versioned form that is checked when it is read. With
+//! [`ScalarField::Complex`], curves consist of complex frames or subspaces.
 //!
 //! [`guide`] says which algorithm each kernel uses, how accurate it is and how fast.
 //!
