@@ -66,7 +66,7 @@ impl Layout {
         })
     }
 
-    /// The rows and columns of a matrix that belong to some coordinates of every vector. It has four vectors in each row,
+    /// The rows and columns of a matrix that belong to some coordinates of every vector, with the signs of these. It has four vectors in each row,
     /// and any number in each column.
     pub(super) fn selected(&self, matrix: &[f64], which: &[usize]) -> Vec<f64> {
         let d = self.blocks.dim();

@@ -1,7 +1,7 @@
 //! Eight numbers at a time, one per curve parameter: arithmetic and elementary functions without branches.
 //!
 //! The loops over the eight lanes are left to the compiler, which turns them into vector instructions if the caller
-//! runs inside [`vectorised`](super::simd::vectorised). No fused multiply-add is used, so results are bit-identical on
+//! runs inside a [`Width`](super::simd::Width). No fused multiply-add is used, so results are bit-identical on
 //! every processor.
 //!
 //! # Source

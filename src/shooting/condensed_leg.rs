@@ -41,7 +41,8 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
         }
     }
 
-    /// Linearises at the current state of a leg, with `terms` terms of its series, which a variation of two vectors is to have.
+    /// Linearises at the current state of a leg, with `terms` terms of its series; `variation` has room for as many, and for
+    /// `x` and `x'` at the ends.
     #[inline(always)]
     pub(super) fn linearise(
         &mut self,

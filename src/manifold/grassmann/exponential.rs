@@ -29,7 +29,7 @@ use crate::space::Quotient;
 const SLOW: f64 = 9.87;
 
 /// Entries of `V^T V` up to which cosine and sinc are 1 to the last digit. Eigenvalues near the smallest numbers are not
-/// found: of 30 random vectors each with `|V|` from 1e-161 to 1e-155, none.
+/// found: on Gr(6,3), for none of 30 random vectors with `|V|` of each power of ten from 1e-161 to 1e-155.
 const NO_TURN: f64 = 1e-40;
 
 /// `sin(s) / s` at `s = sqrt(square)`.
