@@ -195,7 +195,7 @@ impl<T: ComplexField<Real = f64>> SymmetricEigen<T> {
     }
 
     /// Factors `a`, of which the lower triangle is read, and which must not exceed the size given to
-    /// [`SymmetricEigen::new`].
+    /// [`SymmetricEigen::new`]. Entries of extreme size are scaled in a copy.
     ///
     /// # Errors
     /// `Overflow` if an entry is not finite; `Decomposition` if the iteration does not converge.
@@ -205,6 +205,21 @@ impl<T: ComplexField<Real = f64>> SymmetricEigen<T> {
                 quantity: "matrix to factor",
             });
         }
+        let largest = a.norm_max();
+        if largest == 0.0 || SAFE.contains(&largest) {
+            return self.compute_scaled(a);
+        }
+        // A power of two, so that no digit is lost.
+        let factor = 2.0_f64.powi(if largest < 1.0 { 600 } else { -600 });
+        self.compute_scaled((a * Scale(T::from_f64_impl(factor))).as_ref())?;
+        let back = T::from_f64_impl(factor.recip());
+        for i in 0..self.size {
+            self.values[i] = &self.values[i] * &back;
+        }
+        Ok(())
+    }
+
+    fn compute_scaled(&mut self, a: MatRef<'_, T>) -> Result<()> {
         let m = a.nrows();
         self.size = m;
         let values = self.values.as_mut().column_vector_mut();
