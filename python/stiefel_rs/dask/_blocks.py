@@ -21,8 +21,8 @@ Number: TypeAlias = type[np.float64] | type[np.complex128]
 Chunks: TypeAlias = tuple[tuple[int, ...], ...]
 
 
-def frames(core: int, **arrays: Batch) -> tuple[dict[str, Loaded], Number]:
-    """Read arrays of frames or vectors as float64, or all as complex128 if one of them is complex.
+def frames(core: int, least: Number = np.float64, /, **arrays: Batch) -> tuple[dict[str, Loaded], Number]:
+    """Read arrays of frames or vectors as `least`, or all as complex128 if one of them is complex.
 
     Raises
     ------
@@ -30,7 +30,7 @@ def frames(core: int, **arrays: Batch) -> tuple[dict[str, Loaded], Number]:
         As for `load`.
     """
     loaded = {name: load(name, array, core, np.complex128) for name, array in arrays.items()}
-    number: Number = np.complex128 if any(array.dtype.kind == "c" for array in loaded.values()) else np.float64
+    number: Number = np.complex128 if any(array.dtype.kind == "c" for array in loaded.values()) else least
     return {name: array if array.dtype == number else array.astype(number) for name, array in loaded.items()}, number
 
 

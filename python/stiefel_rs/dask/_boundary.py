@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 import stiefel_rs
 from stiefel_rs.errors import InvalidInputError
 
-from . import _blocks, _records
+from . import _blocks, _manifold_option, _records
 from ._blocks import Batch
+from ._manifold import Description
+from ._manifold_option import AnyManifold
 from ._records import OnError
 from ._sweep import Sweep, checked_times
 
@@ -38,6 +40,7 @@ def solve_boundary(
     tol: float | None = None,
     max_iterations: int | None = None,
     pieces: Literal["quasi_geodesic", "geodesic"] | None = None,
+    manifold: AnyManifold | None = None,
 ) -> Sweep:
     """Solve for cubics on ``[0, 1]`` with given ends, one per member of a batch. Evaluation is lazy.
 
@@ -62,6 +65,10 @@ def solve_boundary(
         As for ``RiemannianCubic.from_boundary``; only for that kind.
     pieces : "quasi_geodesic" or "geodesic", optional
         As for ``GeometricCubic``; only for that kind.
+    manifold : Stiefel or Grassmann, optional
+        Manifold of the points, of this module or of :mod:`stiefel_rs`; by default Stiefel, real or complex like the
+        arrays. On a :class:`Grassmann` the points are arbitrary bases of subspaces, vectors are horizontal,
+        ``Y^T V = 0``, and the points of a curve are bases that start at the first given one.
 
     Returns
     -------
@@ -82,7 +89,7 @@ def solve_boundary(
     InvalidInputError
         Mismatched shapes, a non-finite entry of an array in memory, an option out of range.
     TypeError
-        The numbers are neither real nor complex.
+        The numbers are neither real nor complex, or complex on a real manifold.
 
     Notes
     -----
@@ -105,9 +112,11 @@ def solve_boundary(
     """
     member("kind", kind, Kind)
     member("on_error", on_error, OnError)
-    ends, number = _blocks.frames(2, S0=S0, V0=V0, S1=S1, V1=V1)
+    of = _manifold_option.described(manifold)
+    ends, number = _blocks.frames(2, _manifold_option.number(of), S0=S0, V0=V0, S1=S1, V1=V1)
     n, k = (int(size) for size in ends["S0"].shape[-2:])
-    stiefel_rs.Stiefel(n, k)
+    options = _options(kind, tol, max_iterations, pieces)
+    _try_options(kind, {**options, **_manifold_option.keyword(of)}, np.eye(n, k, dtype=number))
     for name, array in ends.items():
         _blocks.require_core(name, array, (n, k))
     at = None if t is None else checked_times(t)
@@ -115,11 +124,10 @@ def solve_boundary(
     default = known if kind == "riemannian" else tuple(name for name in known if name != "cost")
     shapes = {**dict.fromkeys(_INITIAL, (n, k)), "points": () if at is None else (*at.shape, n, k)}
     dtype = _records.record(_records.choose(fields, known, default), shapes, number)
-    options = _options(kind, tol, max_iterations, pieces)
-    _try_options(kind, options, (n, k))
     chunks = _blocks.leading_chunks({name: (array, 2) for name, array in ends.items()}, chunk, DEFAULT_CHUNK[kind])
     arrays = [_blocks.align(array, 2, chunks) for array in ends.values()]
-    settings = {"kind": kind, "t": at, "on_error": on_error, "options": options, "version": stiefel_rs.__version__}
+    settings: dict[str, Any] = {"kind": kind, "t": at, "on_error": on_error, "options": options}
+    settings |= {"manifold": of, "version": stiefel_rs.__version__}
     return Sweep(_blocks.Work(solve_block, arrays, [2] * 4, dtype, settings))
 
 
@@ -133,10 +141,9 @@ def _options(kind: Kind, tol: float | None, max_iterations: int | None, pieces: 
     return options
 
 
-def _try_options(kind: Kind, options: dict[str, Any], shape: tuple[int, int]) -> None:
+def _try_options(kind: Kind, options: dict[str, Any], S: NDArray[Any]) -> None:
     """Make a constant curve, which raises if an option is invalid."""
-    S, rest = np.eye(*shape), np.zeros(shape)
-    _curve([S, rest, S, rest], kind, options)
+    _curve([S, 0 * S, S, 0 * S], kind, options)
 
 
 def member(name: str, value: object, literal: Any) -> None:
@@ -153,14 +160,16 @@ def solve_block(
     t: NDArray[np.float64] | None,
     on_error: OnError,
     options: dict[str, Any],
+    manifold: Description | None,
     version: str,
 ) -> NDArray[Any]:
     """Solve the problems of one block, one after the other."""
     _records.require_version(version)
     records = np.zeros(ends[0].shape[:-2], dtype)
+    keywords = {**options, **_manifold_option.keyword(manifold)}
 
     def solve(index: tuple[int, ...]) -> None:
-        _fill(records, index, _curve([end[index] for end in ends], kind, options), t)
+        _fill(records, index, _curve([end[index] for end in ends], kind, keywords), t)
 
     _records.each(records, origin, on_error, solve)
     return records

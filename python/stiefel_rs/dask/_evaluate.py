@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 import stiefel_rs
 from stiefel_rs.errors import InvalidInputError
 
-from . import _blocks, _records
+from . import _blocks, _manifold_option, _records
 from ._blocks import Batch
 from ._boundary import Kind, member
+from ._manifold import Description
+from ._manifold_option import AnyManifold
 from ._sweep import checked_times
 
 What = Literal["point", "velocity", "acceleration", "jerk"]
@@ -31,6 +33,7 @@ def evaluate(
     kind: Kind = "riemannian",
     t_end: float = 1.0,
     chunk: int | None = None,
+    manifold: AnyManifold | None = None,
 ) -> da.Array:
     """Evaluate a cubic for each member of a batch. Evaluation is lazy.
 
@@ -49,6 +52,8 @@ def evaluate(
         End of the interval of Riemannian cubics.
     chunk : int, optional
         Largest number of members per task, as for :func:`solve_boundary`; by default 2500.
+    manifold : Stiefel or Grassmann, optional
+        Manifold of the points, as for :func:`solve_boundary`.
 
     Returns
     -------
@@ -59,7 +64,7 @@ def evaluate(
     InvalidInputError
         Mismatched shapes, a non-finite entry of an array in memory, an option out of range.
     TypeError
-        The numbers are neither real nor complex.
+        The numbers are neither real nor complex, or complex on a real manifold.
 
     Examples
     --------
@@ -76,26 +81,24 @@ def evaluate(
     if kind == "geometric" and t_end != 1:
         raise InvalidInputError(f"t_end: geometric cubics end at 1, found {t_end}")
     at = checked_times(t)
-    data, number = _blocks.frames(2, S=S, V=V, A=A, J=J)
+    of = _manifold_option.described(manifold)
+    data, number = _blocks.frames(2, _manifold_option.number(of), S=S, V=V, A=A, J=J)
     n, k = (int(size) for size in data["S"].shape[-2:])
-    stiefel_rs.Stiefel(n, k)
+    _try_options(kind, t_end, _manifold_option.keyword(of), np.eye(n, k, dtype=number))
     for name, array in data.items():
         _blocks.require_core(name, array, (n, k))
-    if kind == "riemannian":
-        _try_interval(t_end, (n, k))
     dtype = np.dtype([("value", number, (*at.shape, n, k))])
     chunks = _blocks.leading_chunks({name: (array, 2) for name, array in data.items()}, chunk, _DEFAULT_CHUNK)
     arrays = [_blocks.align(array, 2, chunks) for array in data.values()]
-    settings = {"t": at, "what": what, "kind": kind, "t_end": float(t_end), "version": stiefel_rs.__version__}
+    settings: dict[str, Any] = {"t": at, "what": what, "kind": kind, "t_end": float(t_end)}
+    settings |= {"manifold": of, "version": stiefel_rs.__version__}
     return _blocks.Work(evaluate_block, arrays, [2] * 4, dtype, settings).records()["value"]
 
 
-def _try_interval(t_end: float, shape: tuple[int, int]) -> None:
-    """Make a constant curve, which raises if the interval is invalid."""
-    rest = np.zeros(shape)
-    # Type checkers find no static methods in a class whose constructor never returns.
-    cubics: Any = stiefel_rs.RiemannianCubic
-    cubics.from_initial(np.eye(*shape), rest, rest, rest, t_end)
+def _try_options(kind: Kind, t_end: float, keywords: dict[str, Any], S: NDArray[Any]) -> None:
+    """Make a constant curve, which raises if an option is invalid."""
+    rest, last = 0 * S, S if kind == "geometric" else 0 * S
+    _curve([S, rest, last, rest], kind, t_end, keywords)
 
 
 def evaluate_block(
@@ -106,18 +109,25 @@ def evaluate_block(
     what: What,
     kind: Kind,
     t_end: float,
+    manifold: Description | None,
     version: str,
 ) -> NDArray[Any]:
     """Evaluate the cubics of one block."""
     _records.require_version(version)
     records = np.zeros(data[0].shape[:-2], dtype)
-    # Type checkers find no static methods in a class whose constructor never returns.
-    cubics: Any = stiefel_rs.RiemannianCubic
+    keywords = _manifold_option.keyword(manifold)
 
     def solve(index: tuple[int, ...]) -> None:
-        given = [array[index] for array in data]
-        curve = cubics.from_initial(*given, t_end) if kind == "riemannian" else stiefel_rs.GeometricCubic(*given)
+        curve = _curve([array[index] for array in data], kind, t_end, keywords)
         records["value"][index] = (curve if what == "point" else getattr(curve, what))(t, num_threads=1)
 
     _records.each(records, origin, "raise", solve)
     return records
+
+
+def _curve(data: list[NDArray[Any]], kind: Kind, t_end: float, keywords: dict[str, Any]) -> Any:
+    if kind == "geometric":
+        return stiefel_rs.GeometricCubic(*data, **keywords)
+    # Type checkers find no static methods in a class whose constructor never returns.
+    cubics: Any = stiefel_rs.RiemannianCubic
+    return cubics.from_initial(*data, t_end, **keywords)

@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 import stiefel_rs
 from stiefel_rs.errors import InvalidInputError
 
-from . import _blocks, _records
+from . import _blocks, _manifold_option, _records
 from ._blocks import Batch
 from ._boundary import Kind, member
+from ._manifold import Description
+from ._manifold_option import AnyManifold
 from ._records import OnError
 from ._sweep import Sweep, checked_times
 
@@ -37,6 +39,7 @@ def splines(
     chunk: int | None = None,
     tol: float | None = None,
     max_iterations: int | None = None,
+    manifold: AnyManifold | None = None,
 ) -> Sweep:
     """Interpolate the points of each member of a batch by a spline. Evaluation is lazy.
 
@@ -58,12 +61,15 @@ def splines(
         As for :func:`solve_boundary`; by default 50 splines per task.
     tol, max_iterations
         As for ``CubicSpline``; only without `V`.
+    manifold : Stiefel or Grassmann, optional
+        Manifold of the points, as for :func:`solve_boundary`.
 
     Returns
     -------
     Sweep
         ``velocities`` : shape (..., N, n, k), at the knots; ``splines(t, S, velocities)`` gives the same curves up to
-        the tolerance, without solving again. ``points`` : shape (...) + T + (n, k), only with `at`.
+        the tolerance, without solving again. On a :class:`Grassmann` they are vectors at the given bases `S`, which
+        differ from the bases of the curve. ``points`` : shape (...) + T + (n, k), only with `at`.
         ``cost``, ``converged``, ``iterations``, ``residual``, ``code``, ``message`` : as for :func:`solve_boundary`;
         with `V` the pieces are independent, and the fields of the solver are True, 0 and 0.
 
@@ -72,7 +78,7 @@ def splines(
     InvalidInputError
         Mismatched shapes, a non-finite entry of an array in memory, an option out of range.
     TypeError
-        The numbers are neither real nor complex, or times are complex.
+        The numbers are neither real nor complex, or complex on a real manifold; or times are complex.
 
     Examples
     --------
@@ -88,27 +94,16 @@ def splines(
     member("bc_type", bc_type, Ends)
     knots = _blocks.load("t", t, 1)
     given = {} if V is None or isinstance(V, str) else {"V": V}
-    frames, number = _blocks.frames(3, S=S, **given)
-    points = frames["S"]
-    count, n, k = (int(size) for size in points.shape[-3:])
-    stiefel_rs.Stiefel(n, k)
+    of = _manifold_option.described(manifold)
+    frames, number = _blocks.frames(3, _manifold_option.number(of), S=S, **given)
+    count, n, k = (int(size) for size in frames["S"].shape[-3:])
     _blocks.require_core("t", knots, (count,))
-    loaded = {"t": (knots, 1), "S": (points, 3)}
-    options: dict[str, Any] = {
-        name: value for name, value in (("tol", tol), ("max_iterations", max_iterations)) if value is not None
-    }
-    method = "spline" if V is None else "hermite"
-    if isinstance(V, str):
-        member("V", V, Velocities)
-        method = V
-    elif V is not None:
-        loaded["V"] = (frames["V"], 3)
-        _blocks.require_core("V", frames["V"], (count, n, k))
-    if V is None:
-        options["bc_type"] = bc_type
-    elif options or bc_type != "natural":
-        raise InvalidInputError("V: with velocities, bc_type, tol and max_iterations are not available")
-    _try_options(kind, method, options, (min(count, 4), n, k))
+    method, options = _method(V, bc_type, tol, max_iterations)
+    same = np.broadcast_to(np.eye(n, k, dtype=number), (min(count, 4), n, k))
+    _try_options(kind, method, {**options, **_manifold_option.keyword(of)}, same)
+    for name, array in frames.items():
+        _blocks.require_core(name, array, (count, n, k))
+    loaded = {"t": (knots, 1), **{name: (array, 3) for name, array in frames.items()}}
     when = None if at is None else checked_times(at)
     if when is not None and isinstance(knots, np.ndarray):
         _require_inside(when, knots)
@@ -119,8 +114,24 @@ def splines(
     chunks = _blocks.leading_chunks(loaded, chunk, DEFAULT_CHUNK[kind])
     arrays = [_blocks.align(array, core, chunks) for array, core in loaded.values()]
     settings: dict[str, Any] = {"kind": kind, "at": when, "on_error": on_error, "method": method, "options": options}
-    settings["version"] = stiefel_rs.__version__
+    settings |= {"manifold": of, "version": stiefel_rs.__version__}
     return Sweep(_blocks.Work(spline_block, arrays, [core for _, core in loaded.values()], dtype, settings))
+
+
+def _method(
+    V: Batch | Velocities | None, bc_type: Ends, tol: float | None, max_iterations: int | None
+) -> tuple[str, dict[str, Any]]:
+    """Return the method and its options: a spline, or velocities that are given or estimated."""
+    options: dict[str, Any] = {
+        name: value for name, value in (("tol", tol), ("max_iterations", max_iterations)) if value is not None
+    }
+    if V is None:
+        return "spline", {**options, "bc_type": bc_type}
+    if isinstance(V, str):
+        member("V", V, Velocities)
+    if options or bc_type != "natural":
+        raise InvalidInputError("V: with velocities, bc_type, tol and max_iterations are not available")
+    return V if isinstance(V, str) else "hermite", {}
 
 
 def _require_inside(at: NDArray[np.float64], knots: NDArray[np.float64]) -> None:
@@ -133,11 +144,10 @@ def _require_inside(at: NDArray[np.float64], knots: NDArray[np.float64]) -> None
         raise InvalidInputError(f"at: {outside[0]} is outside the knots, which range from {first} to {last}")
 
 
-def _try_options(kind: Kind, method: str, options: dict[str, Any], shape: tuple[int, int, int]) -> None:
+def _try_options(kind: Kind, method: str, options: dict[str, Any], S: NDArray[Any]) -> None:
     """Make a spline through equal points, which raises if an option is invalid."""
-    points = np.broadcast_to(np.eye(*shape[1:]), shape)
-    data = [np.arange(float(shape[0])), points]
-    _curve([*data, 0 * points] if method == "hermite" else data, kind, method, options)
+    data = [np.arange(float(len(S))), S]
+    _curve([*data, 0 * S] if method == "hermite" else data, kind, method, options)
 
 
 def spline_block(
@@ -149,14 +159,16 @@ def spline_block(
     on_error: OnError,
     method: str,
     options: dict[str, Any],
+    manifold: Description | None,
     version: str,
 ) -> NDArray[Any]:
     """Solve for the splines of one block, one after the other."""
     _records.require_version(version)
     records = np.zeros(data[0].shape[:-1], dtype)
+    keywords = {**options, **_manifold_option.keyword(manifold)}
 
     def solve(index: tuple[int, ...]) -> None:
-        _fill(records, index, _curve([array[index] for array in data], kind, method, options), at)
+        _fill(records, index, _curve([array[index] for array in data], kind, method, keywords), at)
 
     _records.each(records, origin, on_error, solve)
     return records
@@ -166,15 +178,26 @@ def _curve(data: list[NDArray[np.float64]], kind: Kind, method: Any, options: di
     t, S, *rest = data
     if method == "spline":
         return stiefel_rs.CubicSpline(t, S, kind=kind, num_threads=1, **options)
-    return stiefel_rs.CubicHermite(t, S, rest[0] if rest else method, kind, num_threads=1)
+    return stiefel_rs.CubicHermite(t, S, rest[0] if rest else method, kind, num_threads=1, **options)
 
 
 def _fill(records: NDArray[Any], index: tuple[int, ...], curve: Any, at: NDArray[np.float64] | None) -> None:
     wanted = records.dtype.names or ()
     if "velocities" in wanted:
-        records["velocities"][index] = curve.velocity(curve.t, num_threads=1)
+        records["velocities"][index] = _velocities(curve)
     if "cost" in wanted:
         records["cost"][index] = curve.cost()
     if "points" in wanted:
         records["points"][index] = curve(at, num_threads=1)
     _records.store_report(records, index, curve.report)
+
+
+def _velocities(curve: Any) -> NDArray[Any]:
+    """Return the velocities at the knots, for subspaces as tangent vectors at the given bases."""
+    V: NDArray[Any] = curve.velocity(curve.t, num_threads=1)
+    if not isinstance(curve.manifold, stiefel_rs.Grassmann):
+        return V
+    # Orthogonal or unitary matrices, from the bases of the curve to the given ones.
+    Q: NDArray[Any] = curve(curve.t, num_threads=1).conj().swapaxes(-1, -2) @ curve.points
+    at_given: NDArray[Any] = V @ Q
+    return at_given
