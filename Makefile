@@ -114,9 +114,9 @@ control-points: $(INSTALLED) ## Other control points on 1000 random boundary pro
 	$(SAY) 'Control points (9 minutes)'
 	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary.control_points $(ARGS)
 
-accuracy: $(INSTALLED) ## Errors against 50 digits, into docs/accuracy.md
+accuracy: $(INSTALLED) ## Errors against 50 digits, into docs/accuracy.md; ARGS="--only subspaces"
 	$(SAY) 'Errors against 50 digits (with a progress bar)'
-	$(BIN)/python -m benchmarks.accuracy
+	$(BIN)/python -m benchmarks.accuracy $(ARGS)
 
 study: $(INSTALLED) ## Integrators of cubics compared, into docs/integrators.md and docs/figures
 	$(SAY) 'Integrators compared (with a progress bar); without heyoka if it cannot be installed'

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+# Of real or complex entries.
+Frames = NDArray[Any]
+Field = Literal["real", "complex"]
 
 SMALL_EXP = (3, 6, 12, 30)
 LARGE = (100, 300, 1000)
@@ -57,31 +61,44 @@ def unitary(m: int) -> ComplexArray:
     return np.asarray(np.linalg.qr(Z)[0])
 
 
-def point(n: int, k: int, key: int = 0, batch: tuple[int, ...] = ()) -> Array:
+def adjoint(A: Frames) -> Frames:
+    """Conjugate transposes."""
+    return np.asarray(np.conj(np.swapaxes(A, -1, -2)))
+
+
+def _normal(shape: tuple[int, ...], field: Field, *key: int) -> Frames:
+    """Independent normally distributed entries; the real parts of complex ones are the real matrix of the same key."""
+    Z = _rng(*key).standard_normal(shape)
+    return Z if field == "real" else Z + 1j * _rng(12, *key).standard_normal(shape)
+
+
+def point(n: int, k: int, key: int = 0, batch: tuple[int, ...] = (), field: Field = "real") -> Frames:
     """Points of St(n, k)."""
-    return np.asarray(np.linalg.qr(_rng(3, n, k, key).standard_normal((*batch, n, k)))[0])
+    return np.asarray(np.linalg.qr(_normal((*batch, n, k), field, 3, n, k, key))[0])
 
 
-def tangent(S: Array, length: float, key: int = 0) -> Array:
+def tangent(S: Frames, length: float, key: int = 0) -> Frames:
     """Tangent vectors of given canonical length, one at each point."""
-    Z = _rng(4, *S.shape[-2:], key).standard_normal(S.shape)
-    A = np.swapaxes(S, -1, -2) @ Z
-    V = Z - S @ ((A + np.swapaxes(A, -1, -2)) / 2)
-    omega = np.swapaxes(S, -1, -2) @ V
-    square = np.sum(V * V, axis=(-2, -1)) - np.sum(omega * omega, axis=(-2, -1)) / 2
+    Z = _normal(S.shape, "complex" if np.iscomplexobj(S) else "real", 4, *S.shape[-2:], key)
+    A = adjoint(S) @ Z
+    V = Z - S @ ((A + adjoint(A)) / 2)
+    omega = adjoint(S) @ V
+    square = np.sum((V * V.conj()).real, axis=(-2, -1)) - np.sum((omega * omega.conj()).real, axis=(-2, -1)) / 2
     return np.asarray(V * (length / np.sqrt(square))[..., None, None])
 
 
-def geodesic_end(S: Array, V: Array) -> Array:
-    """End of the canonical geodesic from S with velocity V: `[S Q] exp([[Omega, -R^T], [R, 0]]) [I; 0]`."""
+def geodesic_end(S: Frames, V: Frames) -> Frames:
+    """End of the canonical geodesic from S with velocity V: `[S Q] exp([[Omega, -R^H], [R, 0]]) [I; 0]`."""
     k = S.shape[-1]
-    omega = S.T @ V
-    Q, sigma, Wt = np.linalg.svd(V - S @ omega, full_matrices=False)
-    R = sigma[:, None] * Wt
-    generator = np.block([[(omega - omega.T) / 2, -R.T], [R, np.zeros((len(R), len(R)))]])
+    omega = adjoint(S) @ V
+    Q, sigma, Wh = np.linalg.svd(V - S @ omega, full_matrices=False)
+    R = sigma[:, None] * Wh
+    generator = np.block([[(omega - adjoint(omega)) / 2, -adjoint(R)], [R, np.zeros((len(R), len(R)))]])
     # A skew matrix times i is Hermitian.
     angles, basis = np.linalg.eigh(1j * generator)
-    exponential = ((basis * np.exp(-1j * angles)) @ basis.conj().T).real
+    exponential = (basis * np.exp(-1j * angles)) @ adjoint(basis)
+    if not np.iscomplexobj(S):
+        exponential = exponential.real
     return np.asarray(np.hstack([S, Q]) @ exponential[:, :k])
 
 
@@ -89,15 +106,15 @@ def geodesic_end(S: Array, V: Array) -> Array:
 class Boundary:
     """End points and end velocities of a curve."""
 
-    S0: Array
-    V0: Array
-    S1: Array
-    V1: Array
+    S0: Frames
+    V0: Frames
+    S1: Frames
+    V1: Frames
 
 
-def boundary(n: int, k: int) -> Boundary:
+def boundary(n: int, k: int, *, field: Field = "real") -> Boundary:
     """Points at canonical distance 0.7 and velocities of length 0.5."""
-    S0 = point(n, k)
+    S0 = point(n, k, field=field)
     S1 = geodesic_end(S0, tangent(S0, 0.7, 1))
     return Boundary(S0, tangent(S0, 0.5, 2), S1, tangent(S1, 0.5, 3))
 
@@ -107,9 +124,9 @@ def parameters(count: int) -> Array:
     return np.linspace(0.0, 1.0, count + 2)[1:-1]
 
 
-def log_problem(n: int, k: int, distance: str) -> tuple[Array, Array, Array]:
+def log_problem(n: int, k: int, distance: str, field: Field = "real") -> tuple[Frames, Frames, Frames]:
     """Two points and the velocity `V` of a geodesic between them, of the given length: (S0, S1, V)."""
-    S0 = point(n, k, 5)
+    S0 = point(n, k, 5, field=field)
     V = tangent(S0, DISTANCES[distance], 6)
     return S0, geodesic_end(S0, V), V
 

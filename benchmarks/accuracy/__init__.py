@@ -1,1 +1,1 @@
-"""Errors of `skew_exp` and `orthogonal_log`, compared with many digits: `python -m benchmarks.accuracy`."""
+"""Errors of functions, geodesics and curves, compared with many digits: `python -m benchmarks.accuracy`."""

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 
 import mpmath
 import numpy as np
-from numpy.typing import NDArray
 
-from benchmarks.accuracy.fixed_point import FixedPoint
-
-Array = NDArray[np.float64]
+from benchmarks.accuracy.fixed_point import Array, FixedPoint, Matrix
 
 SIZES = (2, 3, 4, 5, 6, 12, 30, 50)
 # Remaining digits after a loss of 28 by the conditioning: angles of pi - 1e-14.
@@ -23,7 +20,7 @@ class Case:
     """A matrix of doubles and its description."""
 
     name: str
-    matrix: Array
+    matrix: Matrix
 
     @property
     def m(self) -> int:

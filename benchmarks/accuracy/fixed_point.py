@@ -1,4 +1,4 @@
-"""Functions of real matrices to any number of digits: the reference of the accuracy table.
+"""Functions of matrices to any number of digits: the reference of the accuracy tables. Complex ones are embedded.
 
 A matrix is an array of Python integers, its entries times `2^bits`: NumPy multiplies those at about 1e7 a second, which
 makes the exponential of a 50 x 50 matrix to 60 digits a matter of a second. Doubles are taken as the exact numbers that
@@ -15,7 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+# Real or complex.
+Matrix = NDArray[Any]
 Integers = NDArray[Any]
+
+
+def embedded(A: Matrix) -> Array:
+    """Real matrix of twice the size in place of a complex one; products, transposes and functions are embedded too."""
+    return np.block([[A.real, -A.imag], [A.imag, A.real]]) if np.iscomplexobj(A) else np.asarray(A)
+
+
+def restricted(R: Array) -> Matrix:
+    """The complex matrix that is embedded as `R`."""
+    n, k = R.shape[0] // 2, R.shape[1] // 2
+    return np.asarray(R[:n, :k] + 1j * R[n:, :k])
 
 
 class FixedPoint:

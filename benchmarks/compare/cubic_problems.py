@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.environment import ROOT
-from benchmarks.problems import Array, Boundary, geodesic_end, point, tangent
+from benchmarks.problems import Array, Boundary, Field, geodesic_end, point, tangent
 
 PAPER = {"sphere": "paper-sphere", "frame": "paper-stiefel-3-2"}
 RANDOM = ((10, 3), (50, 5), (1000, 5))
@@ -38,9 +38,9 @@ def paper(name: str) -> Cubic:
     return Cubic(*(tuple(np.array(state[key], dtype=np.float64) for key in STATE) for state in states))
 
 
-def random_boundary(n: int, k: int) -> Boundary:
+def random_boundary(n: int, k: int, *, field: Field = "real") -> Boundary:
     """Points at canonical distance 1.5 and velocities of length 1.5."""
-    S0 = point(n, k, 9)
+    S0 = point(n, k, 9, field=field)
     S1 = geodesic_end(S0, tangent(S0, LENGTH, 10))
     return Boundary(S0, tangent(S0, LENGTH, 11), S1, tangent(S1, LENGTH, 12))
 

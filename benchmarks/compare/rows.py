@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks import problems
-from benchmarks.compare import cubic_rows, derivative_rows, gradient_rows, rotation_rows, spline_rows
+from benchmarks.compare import complex_rows, cubic_rows, derivative_rows, gradient_rows, rotation_rows, spline_rows
 from benchmarks.compare.row import THREADS, Bound, Rival, Row
 
 US = 1e-6
@@ -56,25 +56,6 @@ def _logarithms() -> list[Row]:
         for m in problems.LARGE
     ]
     return small + large
-
-
-def _complex() -> list[Row]:
-    exponentials = [
-        Row(
-            f"skew_exp_complex/{m}",
-            f"`skew_exp`, complex, m = {m}, norm 1",
-            (Rival("scipy", "expm", "SciPy expm"),),
-            ahead=1,
-        )
-        for m in problems.COMPLEX
-    ]
-    # For angles near pi the logarithm has a condition number of about m.
-    logm = Rival("scipy", "logm", "SciPy logm", agree=1e-8)
-    schur = Rival("scipy", "schur", "LAPACK complex Schur", agree=1e-8)
-    logarithms = [
-        Row(f"unitary_log/{m}", f"`orthogonal_log`, unitary, m = {m}", (schur, logm), ahead=1) for m in problems.COMPLEX
-    ]
-    return exponentials + logarithms
 
 
 def _curves() -> list[Row]:
@@ -192,7 +173,8 @@ def _import() -> list[Row]:
 
 def all_rows() -> list[Row]:
     """Every row of the table."""
+    matrices = _exponentials() + _logarithms() + complex_rows.matrices()
     curves = _curves() + derivative_rows.derivatives() + _batches() + _riemannian() + _subspaces()
     cubics, splines, rotations = cubic_rows.cubics(), spline_rows.splines(), rotation_rows.rotations()
-    gradients = gradient_rows.gradients()
-    return _exponentials() + _logarithms() + _complex() + curves + cubics + splines + rotations + gradients + _import()
+    frames, gradients = complex_rows.frames(), gradient_rows.gradients()
+    return matrices + curves + cubics + splines + frames + rotations + gradients + _import()

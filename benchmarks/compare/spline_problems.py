@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.problems import Array, geodesic_end, point, tangent
+from benchmarks.problems import Array, Field, Frames, adjoint, geodesic_end, point, tangent
 
 KEYFRAMES = (4, 10, 50, 200)
 # Number of keyframes of the spline whose evaluation is timed.
@@ -14,6 +14,7 @@ EVALUATED = 50
 EVALUATIONS = 1001
 LONG = 10_000
 TALL = (1000, 5, 100)
+SUBSPACES = (2000, 6, 12)
 SAMPLED = (5, 2, 7)
 # For the known curve: the ends of the interval in the paper's section 5.2, and the times at which errors are measured.
 INTERVAL = 1.1
@@ -25,8 +26,8 @@ class Knots:
     """Times and points `(N, n, k)`; velocities if they are known, quaternions of rotations with the scalar first."""
 
     t: Array
-    S: Array
-    V: Array | None = None
+    S: Frames
+    V: Frames | None = None
     quaternions: Array | None = None
 
 
@@ -62,14 +63,31 @@ def rotations(q: Array) -> Array:
     return np.moveaxis(np.array(rows), -1, 0)
 
 
-def walk(n: int, k: int, count: int) -> Knots:
+def walk(n: int, k: int, count: int, field: Field = "real") -> Knots:
     """Points of St(n, k), each at canonical distance 0.5 from the previous one; times 0, 1 and so on."""
-    points = [point(n, k, 14)]
+    points = [point(n, k, 14, field=field)]
     for i in range(count - 1):
-        points.append(np.linalg.qr(geodesic_end(points[-1], tangent(points[-1], 0.5, 15 + i)))[0])
-        # QR may change the signs of columns.
-        points[-1] *= np.sign(np.sum(points[-1] * points[-2], axis=0))
+        points.append(_orthonormal(geodesic_end(points[-1], tangent(points[-1], 0.5, 15 + i))))
     return Knots(np.arange(count, dtype=np.float64), np.stack(points))
+
+
+def _orthonormal(S: Frames) -> Frames:
+    """Orthonormal columns that differ from those of S by round-off; QR alone may change their signs or phases."""
+    Q, R = np.linalg.qr(S)
+    d = np.diagonal(R)
+    return np.asarray(Q * (d / np.abs(d)))
+
+
+def subspaces() -> tuple[Knots, Frames]:
+    """Aligned bases of subspaces at distance 0.5 from their neighbours, and other bases of the same subspaces."""
+    n, k, count = SUBSPACES
+    bases = [point(n, k, 23)]
+    for i in range(count - 1):
+        Y, V = bases[-1], tangent(bases[-1], 1.0, 24 + i)
+        V = V - Y @ (adjoint(Y) @ V)
+        bases.append(_orthonormal(geodesic_end(Y, V * (0.5 / np.linalg.norm(V)))))
+    knots = Knots(np.arange(count, dtype=np.float64), np.stack(bases))
+    return knots, knots.S @ point(k, k, 23, (count,))
 
 
 def factors(n: int, k: int, t: Array) -> tuple[Array, Array]:

@@ -13,7 +13,8 @@ GEOMETRIC = 'stiefel-rs with `kind="geometric"`'
 
 def splines() -> list[Row]:
     """Set-up and evaluation through keyframes, Hermite interpolation, and large problems."""
-    return [*(_keyframes(count) for count in spline_problems.KEYFRAMES), _points(), *_hermite(), *_large()]
+    keyframes = [_keyframes(count) for count in spline_problems.KEYFRAMES]
+    return [*keyframes, _points(), *_hermite(), *_large(), _subspaces()]
 
 
 def _keyframes(count: int) -> Row:
@@ -79,3 +80,9 @@ def _large() -> list[Row]:
         )
         rows.append(Row(name, work, (threads,), seconds=limit, bounds=bounds))
     return rows
+
+
+def _subspaces() -> Row:
+    n, k, count = spline_problems.SUBSPACES
+    frames = Rival("stiefel_rs", "frames", "aligned bases as frames", at_most=1.2, agree=None, best_of=False)
+    return Row("spline_large/subspaces", f"natural `CubicSpline`, {count} subspaces, Gr({n},{k})", (frames,))

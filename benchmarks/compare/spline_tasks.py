@@ -18,7 +18,7 @@ from benchmarks.compare.spline_problems import Knots, evaluations
 from benchmarks.environment import ROOT
 from benchmarks.memory import resident
 from benchmarks.problems import Array
-from stiefel_rs import CubicHermite, CubicSpline, Stiefel
+from stiefel_rs import CubicHermite, CubicSpline, Grassmann, Stiefel
 
 MEBIBYTE = 2**20
 Kind = Literal["riemannian", "geometric"]
@@ -123,6 +123,20 @@ def large_task(name: str) -> Task:
     return Task(run, result=lambda: run()(middle))
 
 
+def subspaces_task() -> Task:
+    """A natural spline through subspaces that are given by any bases."""
+    n, k, _ = spline_problems.SUBSPACES
+    knots, bases = spline_problems.subspaces()
+    M = Grassmann(n, k)
+    return Task(lambda: CubicSpline(knots.t, bases, manifold=M), result=lambda: np.zeros(0))
+
+
+def aligned_frames_task() -> Task:
+    """A natural spline through aligned bases of these subspaces as frames."""
+    knots, _ = spline_problems.subspaces()
+    return Task(lambda: CubicSpline(knots.t, knots.S), result=lambda: np.zeros(0))
+
+
 def peak(name: str, factor: int = 1) -> float:
     """Peak memory of building a spline, including the spline, in MiB; measured in a separate process."""
     code = f"from benchmarks.compare.spline_tasks import print_peak; print_peak({name!r}, {factor})"
@@ -150,6 +164,8 @@ def tasks() -> Tasks:
     found: dict[str, Callable[[], Task]] = {
         "spline_points:ours": points_task,
         "spline_points:rotations": partial(points_task, columns=3),
+        "spline_large/subspaces:ours": subspaces_task,
+        "spline_large/subspaces:frames": aligned_frames_task,
     }
     for count in spline_problems.KEYFRAMES:
         found[f"spline_setup/{count}:ours"] = partial(setup_task, count)

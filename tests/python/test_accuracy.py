@@ -1,4 +1,4 @@
-"""Errors compared with at least 50 digits, as stated in `docs/accuracy.md`."""
+"""Errors of matrix functions compared with at least 50 digits, as stated in `docs/accuracy.md`."""
 
 import re
 
@@ -6,16 +6,28 @@ import mpmath
 import numpy as np
 import pytest
 
-from benchmarks.accuracy.__main__ import is_shown
+from benchmarks.accuracy import complex_cases
 from benchmarks.accuracy.cases import BITS, below_pi, exp_cases, log_cases, random_skew, rotation
-from benchmarks.accuracy.errors import UNIT, ExpErrors, exp_errors, exp_reference, log_errors, log_reference
-from benchmarks.accuracy.fixed_point import FixedPoint
+from benchmarks.accuracy.errors import (
+    UNIT,
+    ExpErrors,
+    exp_errors,
+    exp_reference,
+    log_errors,
+    log_reference,
+    unitary_log_errors,
+    unitary_log_reference,
+)
+from benchmarks.accuracy.fixed_point import FixedPoint, embedded, restricted
+from benchmarks.accuracy.tables import is_shown
 from stiefel_rs import OutsideDomainError, orthogonal_log, skew_exp
 
 EPS = np.finfo(float).eps
 
 # The reference takes 8 seconds for one logarithm at m = 50, so one such case is tested here; the page has all.
 LOG_CASES = [case for case in log_cases() if case.m < 50 or case.name == "random"]
+# Embedded matrices have twice the size: the reference takes 13 seconds at m = 30.
+UNITARY_CASES = complex_cases.log_cases(complex_cases.SIZES[:-1])
 
 
 def identifier(case):
@@ -58,7 +70,41 @@ def test_reference_logarithm_inverts_the_reference_exponential_near_pi(exponent)
     assert not (L + L.T).any()
 
 
-@pytest.mark.parametrize("case", exp_cases(), ids=identifier)
+def matrix_of(F, X):
+    """Integers times 2^-bits as a matrix of mpmath."""
+    m = len(X)
+    return mpmath.matrix([[mpmath.mpf(int(x)) / mpmath.mpf(2) ** F.bits for x in row] for row in X]), m // 2
+
+
+def complex_part(F, X):
+    """The complex matrix that is embedded."""
+    R, m = matrix_of(F, X)
+    return R[:m, :m] + 1j * R[m:, :m]
+
+
+@pytest.mark.parametrize("m", [1, 2, 4])
+def test_complex_references_agree_with_mpmath(m):
+    A = complex_cases.random_skew_hermitian(m, 2.5)
+    F = FixedPoint(BITS)
+    X = F.exact(embedded(A))
+    with mpmath.workdps(90):
+        exact = mpmath.expm(mpmath.matrix(A.tolist()))
+        found = F.expm(X)
+        assert mpmath.mnorm(complex_part(F, found) - exact, "f") < 1e-70
+        # The logarithm of the exponential.
+        assert mpmath.mnorm(complex_part(F, F.logm_rotation(found)) - mpmath.matrix(A.tolist()), "f") < 1e-60
+
+
+@pytest.mark.parametrize("case", [case for case in UNITARY_CASES if case.log_over_pi is not None], ids=identifier)
+def test_exact_logarithms_of_fourth_roots_of_the_identity(case):
+    F, L = unitary_log_reference(case)
+    assert F.norm(F.expm(L) - F.exact(embedded(case.matrix))) < 1e-60
+    angles = np.linalg.eigvalsh(-1j * restricted(F.rounded(L)))
+    assert -np.pi + 1 < angles.min()
+    assert angles.max() <= np.pi + 4 * case.m * EPS
+
+
+@pytest.mark.parametrize("case", exp_cases() + complex_cases.exp_cases(), ids=identifier)
 def test_exponential(case):
     found = exp_errors(skew_exp(case.matrix), case.matrix, exp_reference(case.matrix))
     bounds = ExpErrors.bounds(case.matrix)
@@ -85,6 +131,20 @@ def test_logarithm(case):
         assert not above, f"{found} against {found.bounds(case.m)}"
 
 
+@pytest.mark.parametrize("case", UNITARY_CASES, ids=identifier)
+def test_logarithm_of_a_unitary_matrix(case):
+    found = unitary_log_errors(orthogonal_log(case.matrix), case, unitary_log_reference(case))
+    assert not found.above(found.bounds(case.m)), f"{found} against {found.bounds(case.m)}"
+
+
+def test_errors_of_a_wrong_logarithm_are_seen():
+    case = next(case for case in UNITARY_CASES if case.name == "random" and case.m == 3)
+    L = orthogonal_log(case.matrix)
+    wrong = unitary_log_errors(L * (1 + 1e-12), case, unitary_log_reference(case))
+    assert wrong.forward == pytest.approx(1e-12, rel=1e-2)
+    assert set(wrong.above(wrong.bounds(3))) == {"forward", "absolute", "backward"}
+
+
 # Regression: the planes of a small rotation are known only to eps, so from m = 4 on its logarithm was accurate in
 # absolute terms, but had no correct digit at 1e-16.
 @pytest.mark.parametrize("angle", [0.03, 1e-3, 1e-8, 1e-12])
@@ -104,7 +164,7 @@ def test_page_has_a_line_of_every_family():
     def families(cases):
         return {re.sub(r"(norm|pi - 1e-).*", r"\1", case.name) for case in cases}
 
-    for cases in (exp_cases(), log_cases()):
+    for cases in (UNITARY_CASES, exp_cases(), log_cases()):
         shown = [case for case in cases if is_shown(case.name, case.m)]
         assert len(shown) < len(cases)
         assert families(shown) == families(cases)

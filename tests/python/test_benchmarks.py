@@ -24,7 +24,16 @@ from benchmarks.compare.row import Bound, Rival, Row
 from benchmarks.compare.rows import all_rows
 from benchmarks.compare.table import lines_of, shown, verdicts
 from benchmarks.environment import ROOT
-from stiefel_rs import CubicSpline, GeometricCubic, RiemannianCubic, SolverReport, Stiefel, orthogonal_log, skew_exp
+from stiefel_rs import (
+    CubicSpline,
+    GeometricCubic,
+    Grassmann,
+    RiemannianCubic,
+    SolverReport,
+    Stiefel,
+    orthogonal_log,
+    skew_exp,
+)
 
 EPS = np.finfo(float).eps
 
@@ -57,6 +66,8 @@ def test_our_process_has_all_tasks_and_measures():
     rows = all_rows()
     assert {f"{row.name}:ours" for row in rows} <= set(ours.tasks())
     assert {f"{row.name}:exact" for row in rows if row.exact} <= set(ours.tasks())
+    rivals = [(row, rival) for row in rows for rival in row.rivals if rival.peer.startswith("stiefel_rs")]
+    assert {f"{row.name}:{rival.task}" for row, rival in rivals} <= set(ours.tasks())
     assert {bound.measure for row in rows for bound in row.bounds} <= set(ours.measures())
 
 
@@ -267,12 +278,35 @@ def test_keyframes_of_the_comparison():
     assert np.diff(knots.t).min() >= 0.5
 
 
-def test_walk_of_the_comparison():
-    knots, M = spline_problems.walk(6, 2, 5), Stiefel(6, 2)
+@pytest.mark.parametrize("field", ["real", "complex"])
+def test_walk_of_the_comparison(field):
+    knots, M = spline_problems.walk(6, 2, 5, field), Stiefel(6, 2, field=field)
     M.check_point(knots.S)
+    assert np.iscomplexobj(knots.S) == (field == "complex")
     assert [M.dist(*pair) for pair in zip(knots.S[:-1], knots.S[1:], strict=True)] == pytest.approx(
         [0.5] * 4, abs=1e-12
     )
+
+
+def test_subspaces_of_the_comparison(monkeypatch):
+    monkeypatch.setattr(spline_problems, "SUBSPACES", (9, 2, 4))
+    (knots, bases), M = spline_problems.subspaces(), Grassmann(9, 2)
+    assert np.abs(M.projector(knots.S) - M.projector(bases)).max() < 1e-14
+    assert np.abs(knots.S - bases).max() > 0.1
+    for near, far in zip(knots.S[:-1], knots.S[1:], strict=True):
+        assert M.dist(near, far) == pytest.approx(0.5, abs=1e-12)
+        assert np.abs(M.align(near, far) - far).max() < 1e-14
+
+
+@pytest.mark.parametrize("field", ["real", "complex"])
+def test_ends_of_the_comparison(field):
+    M = Stiefel(5, 2, field=field)
+    near, far = problems.boundary(5, 2, field=field), cubic_problems.random_boundary(5, 2, field=field)
+    for b, distance, speed in ((near, 0.7, 0.5), (far, 1.5, 1.5)):
+        assert M.dist(b.S0, b.S1) == pytest.approx(distance, abs=1e-12)
+        assert [M.norm(b.S0, b.V0), M.norm(b.S1, b.V1)] == pytest.approx([speed, speed], abs=1e-12)
+    S0, S1, V = problems.log_problem(5, 2, "0.5", field)
+    assert np.abs(M.log(S0, S1) - V).max() < 1e-13
 
 
 def test_known_curve_of_the_comparison():

@@ -165,7 +165,7 @@ def sphere_collocation(b: Boundary, tolerance: float) -> Callable[[float], Array
     guess = np.vstack([x, b.V0 + t * a + t**2 / 2 * j, a + t * j, np.repeat(j, len(t), axis=1)])
 
     def boundary(start: Array, end: Array) -> Array:
-        return np.concatenate([start[:half], end[:half]]) - ends
+        return np.asarray(np.concatenate([start[:half], end[:half]]) - ends)
 
     found = scipy.integrate.solve_bvp(sphere_field, boundary, t, guess, tol=tolerance, max_nodes=20_000)
     if not found.success:

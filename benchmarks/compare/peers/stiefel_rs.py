@@ -13,7 +13,14 @@ from typing import Any
 import numpy as np
 
 from benchmarks import problems
-from benchmarks.compare import cubic_problems, derivative_tasks, gradient_problems, rotation_tasks, spline_tasks
+from benchmarks.compare import (
+    complex_tasks,
+    cubic_problems,
+    derivative_tasks,
+    gradient_problems,
+    rotation_tasks,
+    spline_tasks,
+)
 from benchmarks.compare.methods import extended
 from benchmarks.compare.protocol import Measures, Task, Tasks, serve
 from benchmarks.memory import resident
@@ -35,11 +42,6 @@ def log_task(m: int) -> Task:
     """Logarithm of one rotation."""
     Q = problems.rotation(m)
     return Task(lambda: orthogonal_log(Q))
-
-
-def complex_task(function: Callable[[Any], Any], A: Any) -> Task:
-    """A function of a complex matrix; the result as pairs of real numbers."""
-    return Task(lambda: function(A), result=lambda: function(A).view(np.float64))
 
 
 def cubic(n: int, k: int) -> GeometricCubic:
@@ -233,9 +235,6 @@ def tasks() -> Tasks:
         found[f"skew_exp/{m}:ours"] = partial(exp_task, m)
     for m in problems.SMALL_LOG + problems.LARGE:
         found[f"orthogonal_log/{m}:ours"] = partial(log_task, m)
-    for m in problems.COMPLEX:
-        found[f"skew_exp_complex/{m}:ours"] = partial(complex_task, skew_exp, problems.skew_hermitian(m))
-        found[f"unitary_log/{m}:ours"] = partial(complex_task, orthogonal_log, problems.unitary(m))
     for n, k in problems.CURVES:
         found[f"curve/{n},{k}:ours"] = partial(curve_task, n, k)
     for work in BATCHES:
@@ -254,7 +253,8 @@ def tasks() -> Tasks:
     for work in ("spline", *(f"{n},{k}" for n, k in gradient_problems.SHAPES)):
         found[f"gradient/{work}:ours"] = partial(gradient_task, work, gradient=True)
         found[f"gradient/{work}:value"] = partial(gradient_task, work, gradient=False)
-    return found | spline_tasks.tasks() | rotation_tasks.tasks() | derivative_tasks.tasks()
+    others = spline_tasks.tasks() | rotation_tasks.tasks() | derivative_tasks.tasks()
+    return found | complex_tasks.tasks() | others
 
 
 def exp_defect(m: int) -> float:
