@@ -301,10 +301,11 @@ pub enum Error {
         /// The error.
         source: Box<Error>,
     },
-    /// Frames that are far apart only because their columns are rotated; raised by the Python binding only.
+    /// Frames that are far apart only because their columns are rotated.
     #[error(
-        "{source}; as frames they are {frames:.3} apart, as subspaces {subspaces:.3}: if only the span of the columns \
-         matters, use the Grassmann manifold, or first align the bases with its method align"
+        "{source}; the nearest bases of their spans are {:.3} times as far apart: if only the span of the columns \
+         matters, use the Grassmann manifold, or first align the bases with its method align",
+        subspaces / frames
     )]
     OnlyBases {
         /// The error about them as frames.
@@ -395,17 +396,34 @@ impl Error {
     }
 
     /// Whether the points are too far apart, or no curve between them was found.
-    #[cfg(feature = "python")]
     pub(crate) fn is_about_distance(&self) -> bool {
-        matches!(
-            self,
-            Error::OutsideLogDomain { .. }
-                | Error::NoJoiningCurve { .. }
-                | Error::DifferentComponents { .. }
-                | Error::BeyondInjectivity { .. }
-                | Error::TooManySteps { .. }
-                | Error::NoConvergence { .. }
-        )
+        match self {
+            Error::ControlPoints { source } => source.is_about_distance(),
+            error => matches!(
+                error,
+                Error::OutsideLogDomain { .. }
+                    | Error::NoJoiningCurve { .. }
+                    | Error::DifferentComponents { .. }
+                    | Error::OutsideRetractionDomain { .. }
+                    | Error::BeyondInjectivity { .. }
+                    | Error::BranchJump { .. }
+                    | Error::TooManySteps { .. }
+                    | Error::NoConvergence { .. }
+            ),
+        }
+    }
+
+    /// The report of the solver that found nothing, if the error is about one.
+    pub fn report(&self) -> Option<&SolverReport> {
+        match self {
+            Error::AtKnot { source, .. }
+            | Error::ControlPoints { source }
+            | Error::OnlyBases { source, .. } => source.report(),
+            Error::NoConvergence { report, .. } | Error::TooManySteps { report, .. } => {
+                Some(report)
+            }
+            _ => None,
+        }
     }
 
     pub(crate) fn is_interrupted(&self) -> bool {

@@ -2245,9 +2245,10 @@ class RiemannianCubic(Curve):
     ) -> tuple[_Frames, _Frames, _Frames, _Frames]:
         """Differentiate the initial data with respect to the boundary data, by the implicit function theorem.
 
-        On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
-        end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
-        out.
+        On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
+        differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+        rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
+        derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
 
         Parameters
         ----------
@@ -2277,9 +2278,10 @@ class RiemannianCubic(Curve):
     def point_variation(self, t: ArrayLike, dS0: ArrayLike, dV0: ArrayLike, dS1: ArrayLike, dV1: ArrayLike) -> _Frames:
         """Differentiate points of the curve with respect to the boundary data.
 
-        On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
-        end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
-        out.
+        On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
+        differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+        rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
+        derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
 
         Parameters
         ----------
@@ -2346,9 +2348,10 @@ class RiemannianCubic(Curve):
     ) -> _Frames:
         """Differentiate points of the curve with respect to its initial data.
 
-        On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
-        end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
-        out.
+        On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
+        differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+        rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
+        derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
 
         Parameters
         ----------
@@ -2604,9 +2607,10 @@ class CubicSpline(PiecewiseCurve):
     ) -> _Frames:
         """Differentiate points of the spline with respect to its data, by the implicit function theorem.
 
-        On a :class:`Grassmann` variations are horizontal vectors at the bases of the curve at its knots, ``curve(t)``,
-        which differ from ``S`` by orthogonal matrices. At the end of a periodic curve the first basis returns
-        multiplied by ``Q = curve(t[0])^H curve(t[-1])``.
+        On a :class:`Grassmann` variations belong to the bases of the curve at its knots, ``curve(t)``, which differ
+        from ``S`` by orthogonal matrices; those of points are horizontal, those of vectors satisfy
+        ``S.T @ dV = -dS.T @ V``. At the end of a periodic curve the first basis returns multiplied by
+        ``Q = curve(t[0])^H curve(t[-1])``.
 
         Parameters
         ----------

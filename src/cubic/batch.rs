@@ -121,7 +121,7 @@ fn solve_task(
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
         let solution = problem.and_then(|problem| match leg {
             Some(leg) => Ok(transformed(&problem, &leg)),
-            None => alone(&problem, data[0], options),
+            None => alone(&problem, [data[0], data[2]], options),
         });
         if let Err(error @ Error::Interrupted { .. }) = solution {
             return Err(error);
@@ -165,10 +165,10 @@ fn abreast(
 /// Solves one problem as [`RiemannianCubic::from_boundary`] does.
 fn alone(
     problem: &Problem,
-    s0: MatRef<'_, f64>,
+    ends: [MatRef<'_, f64>; 2],
     options: &BoundaryOptions<'_>,
 ) -> Result<BoundarySolution> {
-    let (solution, report) = from_boundary::solve(problem, s0, options)?;
+    let (solution, report) = from_boundary::solve(problem, ends, options)?;
     let start = solution.start.clone();
     let path = solution.into_path(problem, options.interrupt)?;
     let (r, k) = problem.end[0].shape();

@@ -11,6 +11,7 @@ use super::shooting::SOLVER;
 use super::solution::Solution;
 use super::solver::Solver;
 use crate::error::{Error, Result};
+use crate::manifold::only_bases::advised;
 
 impl RiemannianCubic {
     /// The Riemannian cubic on `[0, 1]` with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`,
@@ -39,7 +40,8 @@ impl RiemannianCubic {
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument`, `DifferentComponents`, `NoConvergence`
-    /// (also if velocities are so large that no curve can be integrated; the residual is then infinite), `Interrupted`.
+    /// (also if velocities are so large that no curve can be integrated; the residual is then infinite), in `OnlyBases` if
+    /// the points look like mere bases; `Interrupted`.
     pub fn from_boundary(
         s0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,
@@ -49,7 +51,7 @@ impl RiemannianCubic {
     ) -> Result<Self> {
         options.check()?;
         let problem = Problem::new([s0, v0, s1, v1], options)?;
-        let (solution, report) = solve(&problem, s0, options)?;
+        let (solution, report) = solve(&problem, [s0, s1], options)?;
         let path = solution.into_path(&problem, options.interrupt)?;
         Ok(Self::of_path(
             problem.n,
@@ -61,13 +63,13 @@ impl RiemannianCubic {
     }
 }
 
-/// The solution of a problem with initial point `s0`, and how it was found.
+/// The solution of a problem with given end points, and how it was found.
 ///
 /// # Errors
 /// `DifferentComponents`, `NoConvergence`, `Interrupted`, and the errors of a guess.
 pub(super) fn solve(
     problem: &Problem,
-    s0: MatRef<'_, f64>,
+    [s0, s1]: [MatRef<'_, f64>; 2],
     options: &BoundaryOptions<'_>,
 ) -> Result<(Solution, BoundaryReport)> {
     let mut solver = Solver::new(problem, options);
@@ -75,8 +77,11 @@ pub(super) fn solve(
         Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
         None => solver.of_low_cost()?,
     };
-    found.ok_or_else(|| Error::NoConvergence {
-        solver: SOLVER,
-        report: solver.report(BoundaryStrategy::Descent).solver,
+    found.ok_or_else(|| {
+        let error = Error::NoConvergence {
+            solver: SOLVER,
+            report: solver.report(BoundaryStrategy::Descent).solver,
+        };
+        advised(error, s0, s1)
     })
 }

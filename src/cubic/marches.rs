@@ -10,7 +10,7 @@ use super::initial::{Coordinates, Horizontal};
 use super::leg::Leg;
 use super::state::State;
 use super::taylor::{Accuracy, March};
-use super::work::work_of_step;
+use super::work::{Work, work_of_step};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number, jacobian};
@@ -299,28 +299,42 @@ fn write_horizontal<T: Number>(values: &mut [T], block: &[T], [m, k]: [usize; 2]
     }
 }
 
-/// Point, velocity, covariant acceleration and covariant jerk at time 1 of the cubic, with the given tension and the
-/// given values at time 0, all of shape `(n, k)`; computed in the span of the data.
+/// How a cubic is integrated from one end to the other.
+pub(crate) struct Passage<'a> {
+    pub(crate) tension: f64,
+    pub(crate) accuracy: Accuracy,
+    /// Speed at one end, which limits the number of steps.
+    pub(crate) speed: f64,
+    pub(crate) kind: Kind,
+    /// Counts the steps, also of a cubic that cannot be integrated.
+    pub(crate) work: &'a Work,
+    pub(crate) interrupt: Interrupt<'a>,
+}
+
+/// Point, velocity, covariant acceleration and covariant jerk at time 1 of the cubic with the given values at time 0,
+/// all of shape `(n, k)`; computed in the span of the data.
 ///
 /// # Errors
 /// An error if the cubic cannot be integrated; `Interrupted`.
 pub(crate) fn arrival(
     s: MatRef<'_, f64>,
     [v, a, j]: [MatRef<'_, f64>; 3],
-    tension: f64,
-    accuracy: Accuracy,
-    kind: Kind,
-    interrupt: Interrupt<'_>,
+    passage: &Passage<'_>,
 ) -> Result<[Mat<f64>; 4]> {
+    let kind = passage.kind;
     let Coordinates {
         frame,
         blocks,
         entries,
     } = Coordinates::of_checked([s, v, a, j], 1.0, kind);
-    let mut state = State::of_coordinates(blocks, entries).in_tension(tension);
-    let mut march = March::new(blocks, accuracy);
+    let mut state = State::of_coordinates(blocks, entries).in_tension(passage.tension);
+    let mut march = March::new(blocks, passage.accuracy);
+    march.max_steps = allowed_steps(passage.speed);
     state.load(blocks, &mut march.series);
-    march.run(1.0, interrupt, |_, _, _| Ok(()))?;
+    let arrived = march.run(1.0, passage.interrupt, |_, _, _| Ok(()));
+    let steps = work_of_step(blocks) * march.steps as f64;
+    passage.work.count(steps);
+    arrived?;
     state.store(blocks, &march.series, 1.0);
     let Sized { m, k, .. } = blocks;
     let point = MatRef::from_column_major_slice(state.s(), m + k, k);

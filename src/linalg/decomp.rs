@@ -156,6 +156,18 @@ fn reflected(a: MatRef<'_, f64>) -> Mat<f64> {
     a - (a * &w) * (2.0 * w.transpose())
 }
 
+/// The factors of a finite complex matrix, `A = U diag(s) V^H` with `s` in decreasing order.
+///
+/// # Errors
+/// `Decomposition` if the iteration does not converge.
+pub(crate) fn complex_svd(a: MatRef<'_, c64>) -> Result<(Mat<c64>, Vec<f64>, Mat<c64>)> {
+    let found = a.svd().map_err(|_| Error::Decomposition {
+        kind: "singular value decomposition",
+    })?;
+    let values = found.S().column_vector().iter().map(|s| s.re).collect();
+    Ok((found.U().to_owned(), values, found.V().to_owned()))
+}
+
 /// Symmetric eigenproblem `A = W diag(lambda) W^T`, Hermitian for complex entries, with buffers allocated once for a
 /// largest size; eigenvalues in increasing order.
 ///

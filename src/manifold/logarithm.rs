@@ -28,6 +28,7 @@ use faer::{Mat, MatRef, Scale};
 
 use super::metric::Metric;
 use super::normal_frame::{normal_frame, normal_rank};
+use super::only_bases::advised;
 use super::stiefel::{POINT_TOLERANCE, Stiefel};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -84,8 +85,8 @@ impl Stiefel {
     /// Asserted in `tests/logarithm.rs`.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`; `DifferentComponents` (`k = n`); `NoJoiningCurve` if an angle is pi to
-    /// working precision, so that no unique geodesic is the shortest; `NoConvergence` if no geodesic was found;
-    /// `Decomposition`.
+    /// working precision, so that no unique geodesic is the shortest; `NoConvergence` if no geodesic was found, both
+    /// in `OnlyBases` if the points look like mere bases; `Decomposition`.
     /// # Source
     /// The formulation on the rotation group: Zimmermann, Hueper (2022), "Computing the Riemannian logarithm on the
     /// Stiefel manifold: metrics, methods, and performance", SIAM J. Matrix Anal. Appl. 43, 953-980. The headers of the
@@ -110,6 +111,16 @@ impl Stiefel {
     ) -> Result<(Mat<f64>, LogReport)> {
         self.check_point("S0", s0, POINT_TOLERANCE)?;
         self.check_point("S1", s1, POINT_TOLERANCE)?;
+        let found = self.log_of_points(s0, s1, interrupt);
+        found.map_err(|error| advised(error, s0, s1))
+    }
+
+    fn log_of_points(
+        &self,
+        s0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<(Mat<f64>, LogReport)> {
         let (n, k) = (self.n(), self.k());
         let gram = s0.transpose() * s1;
         if k == n {

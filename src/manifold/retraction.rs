@@ -16,6 +16,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use super::only_bases::advised;
 use super::quasi_geodesic::{QuasiGeodesic, Turning};
 use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::error::{Error, Result};
@@ -171,7 +172,7 @@ impl Retraction {
     /// `|R(S0, V) - S1| <= 1e-13` for points at distance up to 1, asserted in `tests/retraction/`.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`; `OutsideRetractionDomain` with the measured pivot, eigenvalue, singular
-    /// value or distance; the errors of [`QuasiGeodesic::between`].
+    /// value or distance, in `OnlyBases` if the points look like mere bases; the errors of [`QuasiGeodesic::between`].
     pub fn inverse_retract(self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Mat<f64>> {
         if self == Retraction::QuasiGeodesic {
             return Ok(QuasiGeodesic::between(s0, s1)?.initial_velocity());
@@ -179,19 +180,29 @@ impl Retraction {
         let manifold = Stiefel::of("S0", s0)?;
         manifold.check_point("S0", s0, POINT_TOLERANCE)?;
         manifold.check_point("S1", s1, POINT_TOLERANCE)?;
+        let found = self.inverse_of_points(&manifold, s0, s1);
+        found.map_err(|error| advised(error, s0, s1))
+    }
+
+    fn inverse_of_points(
+        self,
+        manifold: &Stiefel,
+        s0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+    ) -> Result<Mat<f64>> {
         let product = s0.transpose() * s1;
         let v = match self {
-            Retraction::Cayley => cayley_inverse(&manifold, s0, s1, product.as_ref())?,
+            Retraction::Cayley => cayley_inverse(manifold, s0, s1, product.as_ref())?,
             Retraction::Polar => {
                 let factor = polar_inverse_factor(product.as_ref())?;
-                tangent_from_factor(&manifold, s0, s1, &product, &factor)?
+                tangent_from_factor(manifold, s0, s1, &product, &factor)?
             }
             _ => {
                 let factor = qr_inverse_factor(product.as_ref())?;
-                tangent_from_factor(&manifold, s0, s1, &product, &factor)?
+                tangent_from_factor(manifold, s0, s1, &product, &factor)?
             }
         };
-        self.verify(&manifold, s0, s1, v)
+        self.verify(manifold, s0, s1, v)
     }
 
     /// Returns `v` if its retraction is `s1`, otherwise an error.

@@ -207,10 +207,9 @@ fn solutions(
             Err(error @ (Error::DifferentComponents { .. } | Error::RightAngle { .. })) => {
                 return Ok(Err((i, error)));
             }
-            Err(Error::NoConvergence { report, .. } | Error::TooManySteps { report, .. }) => {
-                Err(report.residual)
-            }
-            Err(_) => Err(f64::INFINITY),
+            Err(error) => Err(error
+                .report()
+                .map_or(f64::INFINITY, |report| report.residual)),
         });
     }
     Ok(Ok(found))

@@ -1,7 +1,6 @@
 //! Riemannian exponential, logarithm and distance for arrays, and geodesics as curves.
 
 use super::batch::Value;
-use super::only_bases::advised;
 use super::points::Points;
 use super::prelude::*;
 use super::record::record;
@@ -102,8 +101,7 @@ impl PyStiefel {
         self.map(objects, core, move |m, points, interrupt| {
             // Rows are far apart in a batch; the core reads columns.
             let [s0, s1] = points.map(|point| point.to_owned());
-            let found = m.log_interruptible(s0.as_ref(), s1.as_ref(), interrupt);
-            let found = found.map_err(|error| advised(error, s0.as_ref(), s1.as_ref()))?;
+            let found = m.log_interruptible(s0.as_ref(), s1.as_ref(), interrupt)?;
             Ok(value(found))
         })
     }

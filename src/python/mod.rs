@@ -27,7 +27,6 @@ mod knots;
 mod linalg;
 mod measure;
 mod membership;
-mod only_bases;
 mod piecewise;
 mod points;
 mod polynomial;

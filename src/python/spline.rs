@@ -2,7 +2,6 @@
 
 use super::kept::Kept;
 use super::knots::{BcType, Ends, restore_ends, store_ends};
-use super::only_bases::advised_knots;
 use super::piecewise::{
     Cubics, Data, KINDS, PIECES, PyPiecewiseCurve, Spline, VELOCITIES, outside, put,
 };
@@ -318,11 +317,7 @@ impl PyCubicSpline {
             let outside = outside(extrapolate);
             let (cubics, report) = match (geometric, quotient) {
                 (false, _) => {
-                    let found = cubic_spline(t, &points, &conditions, &options);
-                    let (curve, report) = found.map_err(|error| match quotient {
-                        Quotient::Frames => advised_knots(error, &points),
-                        Quotient::Subspaces => error,
-                    })?;
+                    let (curve, report) = cubic_spline(t, &points, &conditions, &options)?;
                     let curve = Arc::new(curve.with_outside(outside));
                     (Cubics::Riemannian(curve), report)
                 }

@@ -144,9 +144,10 @@ fn gradient<const N: usize>(
 impl PyCubicSpline {
     /// Differentiate points of the spline with respect to its data, by the implicit function theorem.
     ///
-    /// On a :class:`Grassmann` variations are horizontal vectors at the bases of the curve at its knots, ``curve(t)``,
-    /// which differ from ``S`` by orthogonal matrices. At the end of a periodic curve the first basis returns
-    /// multiplied by ``Q = curve(t[0])^H curve(t[-1])``.
+    /// On a :class:`Grassmann` variations belong to the bases of the curve at its knots, ``curve(t)``, which differ
+    /// from ``S`` by orthogonal matrices; those of points are horizontal, those of vectors satisfy
+    /// ``S.T @ dV = -dS.T @ V``. At the end of a periodic curve the first basis returns multiplied by
+    /// ``Q = curve(t[0])^H curve(t[-1])``.
     ///
     /// Parameters
     /// ----------

@@ -47,9 +47,10 @@ impl Cotangents {
 impl PyRiemannianCubic {
     /// Differentiate the initial data with respect to the boundary data, by the implicit function theorem.
     ///
-    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
-    /// end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
-    /// out.
+    /// On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
+    /// differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+    /// rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
+    /// derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
     ///
     /// Parameters
     /// ----------
@@ -90,9 +91,10 @@ impl PyRiemannianCubic {
 
     /// Differentiate points of the curve with respect to the boundary data.
     ///
-    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
-    /// end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
-    /// out.
+    /// On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
+    /// differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+    /// rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
+    /// derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
     ///
     /// Parameters
     /// ----------
@@ -187,9 +189,10 @@ impl PyRiemannianCubic {
 
     /// Differentiate points of the curve with respect to its initial data.
     ///
-    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``; at the
-    /// end this basis differs from the given one by an orthogonal matrix. The rotation of the bases themselves is left
-    /// out.
+    /// On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
+    /// differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+    /// rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
+    /// derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
     ///
     /// Parameters
     /// ----------

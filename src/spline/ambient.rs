@@ -15,10 +15,9 @@ use super::motion::Motion;
 use crate::cubic::blocks::Sized;
 use crate::cubic::guess::carry;
 use crate::cubic::initial::Coordinates;
-use crate::cubic::marches::arrival;
+use crate::cubic::marches::{Passage, arrival};
 use crate::cubic::packing::entries;
 use crate::cubic::state::State;
-use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::{work_of_curve, work_of_join};
 use crate::curve::Curve;
 use crate::error::Result;
@@ -92,14 +91,22 @@ impl<'a> Ambient<'a> {
         &self,
         leg: usize,
         start: &[f64],
-        accuracy: Accuracy,
+        means: &Means<'_>,
         values: &mut [f64],
     ) -> Result<f64> {
         let size = self.size();
         let vectors = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
-        let (point, tension) = (self.points[leg].as_ref(), self.leg_tension(leg));
+        let passage = Passage {
+            tension: self.leg_tension(leg),
+            accuracy: means.accuracy,
+            speed: means.speed,
+            kind: self.kind,
+            work: means.work,
+            interrupt: self.interrupt,
+        };
+        means.work.count(self.work_of_span());
         let (quotient, next) = (self.kind.quotient, self.points[leg + 1].as_ref());
-        let mut end = arrival(point, vectors, tension, accuracy, self.kind, self.interrupt)?;
+        let mut end = arrival(self.points[leg].as_ref(), vectors, &passage)?;
         if quotient == Quotient::Subspaces {
             // Expressed in the basis at the knot.
             let turn = alignment(next, end[0].as_ref())?;
@@ -109,6 +116,12 @@ impl<'a> Ambient<'a> {
             write(&tangent_part(quotient, next, end.as_ref()), values);
         }
         Ok(distance(end[0].as_ref(), next))
+    }
+
+    /// Work of an orthonormal basis of the span of a leg.
+    fn work_of_span(&self) -> f64 {
+        let (n, k) = self.points[0].shape();
+        (n * n.min(4 * k).pow(2)) as f64
     }
 
     fn matrix<'b>(&self, v: &'b [f64]) -> MatRef<'b, f64> {
@@ -171,8 +184,7 @@ impl Chain for Ambient<'_> {
     ) -> Result<()> {
         let each = values.chunks_exact_mut(values.len() / starts.len());
         for (i, (start, values)) in starts.iter().zip(each).enumerate() {
-            let arrived = self.arrive(first + i, start, means.accuracy, values);
-            means.work.count(self.work_of_leg());
+            let arrived = self.arrive(first + i, start, means, values);
             distances[i] = arrived.map_err(|error| error.at_knot(first + i))?;
         }
         Ok(())
@@ -182,7 +194,7 @@ impl Chain for Ambient<'_> {
     fn work_of_leg(&self) -> f64 {
         let (n, k) = self.points[0].shape();
         let r = n.min(4 * k);
-        work_of_curve(Sized::frames(r - k, k)) + (n * r * r) as f64
+        work_of_curve(Sized::frames(r - k, k)) + self.work_of_span()
     }
 
     fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State) {

@@ -15,6 +15,7 @@ use crate::curve::GeometricCubic;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::product::axpy;
+use crate::manifold::only_bases::advised_knots;
 use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
@@ -79,8 +80,10 @@ pub fn geometric_spline(
     ends: &EndConditions,
     options: &SplineOptions<'_>,
 ) -> Result<(Piecewise<GeometricCubic>, SolverReport)> {
-    let (problem, velocities, report) = solved(Quotient::Frames, t, points, ends, options)?;
-    let pieces = problem.pieces(&velocities)?;
+    let found = solved(Quotient::Frames, t, points, ends, options);
+    let found =
+        found.and_then(|(problem, velocities, report)| Ok((problem.pieces(&velocities)?, report)));
+    let (pieces, report) = found.map_err(|error| advised_knots(error, Quotient::Frames, points))?;
     Ok((Piecewise::new(t.to_vec(), pieces), report))
 }
 
@@ -107,13 +110,13 @@ pub(super) fn solved<'a>(
     check_ends(quotient, points, ends)?;
     let mut problem = Problem::new(quotient, t, points, ends, options.interrupt)?;
     let (velocities, report) = problem.solve(options.tolerance, options.max_iterations)?;
-    if !report.converged {
-        return Err(Error::NoConvergence {
+    match report.converged {
+        true => Ok((problem, velocities, report)),
+        false => Err(Error::NoConvergence {
             solver: SOLVER,
             report,
-        });
+        }),
     }
-    Ok((problem, velocities, report))
 }
 
 /// The equations, in the coordinates of the span of the data and in units of the mean length of a leg.

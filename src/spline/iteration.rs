@@ -303,6 +303,9 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     fn descend(&mut self, step: &[f64]) -> Result<Option<StopReason>> {
         let merit = self.merit(&self.found)?;
         for halving in 0..MAX_HALVINGS {
+            if self.work.is_done() {
+                break;
+            }
             let share = 0.5_f64.powi(halving);
             let wanted = (1.0 - SUFFICIENT_DECREASE * share) * merit;
             if let Some((motion, found)) = self.tried(share, step)?

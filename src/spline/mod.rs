@@ -24,6 +24,7 @@ mod framed_solver;
 mod geometric;
 mod geometric_subspaces;
 mod given;
+mod grouped;
 mod hermite;
 mod interpolation;
 mod iteration;

@@ -67,7 +67,15 @@ impl SplineOptions<'_> {
 
     /// The work limit for a spline that is allowed at least this many trials.
     pub(super) fn work(&self, trials: f64, trial: f64) -> Work {
-        let work = Work::of_trials(trials, trial);
+        self.with_allowance(Work::of_trials(trials, trial))
+    }
+
+    /// The work limit for frames that seem to be bases.
+    pub(super) fn work_of_bases(&self) -> Work {
+        self.with_allowance(Work::of_bases())
+    }
+
+    fn with_allowance(&self, work: Work) -> Work {
         work.allow(allowance(self.max_iterations, MAX_ITERATIONS));
         work
     }

@@ -18,13 +18,11 @@ use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
 use crate::cubic::packing::entries;
 use crate::cubic::tension::{check_leg_tension, check_tension};
-use crate::cubic::work::TRIALS;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::legs::Curves;
-use crate::manifold::only_bases;
+use crate::manifold::only_bases::advised_knots;
 use crate::report::{SolverReport, StopReason};
-use crate::space::Quotient;
 
 /// The spline of Riemannian cubics through points, with continuous velocity and covariant acceleration.
 ///
@@ -34,8 +32,8 @@ use crate::space::Quotient;
 /// # Arguments
 /// * `t` - increasing times; `points` - one per time, shape `(n, k)`
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `NoConvergence`,
-/// `Interrupted`; wrapped in `AtKnot`: `NotOrthonormal`, `NotTangent`, `NoJoiningCurve`, `OutsideLogDomain` and
+/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `NoConvergence`, in
+/// `OnlyBases` if the points look like mere bases; `Interrupted`; wrapped in `AtKnot`: `NotOrthonormal`, `NotTangent`, `NoJoiningCurve`, `OutsideLogDomain` and
 /// `DifferentComponents` (no curve leads to the next point).
 pub fn cubic_spline(
     t: &[f64],
@@ -71,18 +69,12 @@ pub(crate) fn cubic_spline_of_legs(
     options.field.check(points.iter().copied())?;
     options.field.check(ends.vectors())?;
     let problem = Problem::new(t, points, ends, options)?;
-    let solved = match problem.knots.is_small() {
-        true => problem.solve_in_frames(options),
-        false => problem.solve_in_ambient(options),
-    };
-    let (pieces, solution) = solved?;
-    let report = solution.report;
-    if report.converged {
-        let curves = solution.legs.and_then(|legs| legs.polynomials);
-        let pieces = joined(options.quotient, problem.knots.first_turn(), pieces)?;
-        return Ok((Piecewise::new(t.to_vec(), pieces), report, curves));
-    }
-    Err(Error::no_convergence(SOLVER, report, options.tolerance))
+    let solved = problem.solve(options);
+    let (pieces, solution) =
+        solved.map_err(|error| advised_knots(error, options.quotient, points))?;
+    let curves = solution.legs.and_then(|legs| legs.polynomials);
+    let pieces = joined(options.quotient, problem.knots.first_turn(), pieces)?;
+    Ok((Piecewise::new(t.to_vec(), pieces), solution.report, curves))
 }
 
 /// Knots and ends in the coordinates of their span.
@@ -116,6 +108,22 @@ impl<'e> Problem<'e> {
             ends,
             tension,
         })
+    }
+
+    /// The pieces of the spline.
+    ///
+    /// # Errors
+    /// As [`cubic_spline`].
+    fn solve(&self, options: &SplineOptions<'_>) -> Result<Solved> {
+        let solved = match self.knots.is_small() {
+            true => self.solve_in_frames(options),
+            false => self.solve_in_ambient(options),
+        };
+        let (pieces, solution) = solved?;
+        match solution.report {
+            report if report.converged => Ok((pieces, solution)),
+            report => Err(Error::no_convergence(SOLVER, report, options.tolerance)),
+        }
     }
 
     /// End conditions with vectors converted to coordinates, in units of the mean leg.
@@ -160,29 +168,12 @@ impl<'e> Problem<'e> {
         finished(&chain, solution, &space, options.interrupt)
     }
 
-    /// The first knot whose frame is far from the next one only because its columns are rotated.
-    fn bases(&self) -> Option<usize> {
-        let points = &self.knots.points;
-        let is_turned = |knot: &usize| {
-            let [s0, s1] = [knot, &(knot + 1)].map(|knot| points[*knot].as_ref());
-            only_bases::apart(s0, s1).is_some()
-        };
-        match self.knots.quotient() {
-            Quotient::Frames => (0..points.len() - 1).find(is_turned),
-            Quotient::Subspaces => None,
-        }
-    }
-
     fn solve_in_ambient(&self, options: &SplineOptions<'_>) -> Result<Solved> {
         let ends = self.ends_with(|_, v| entries(v));
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
         let chain = Ambient::new(options.kind(), points, lengths, options.interrupt)?;
         let chain = chain.in_tension(self.tension);
-        let trials = match self.bases() {
-            Some(_) => 0.0,
-            None => TRIALS,
-        };
-        let solution = solve::in_ambient(&chain, &ends, trials, options)?;
+        let solution = solve::in_ambient(&chain, &ends, self.knots.are_bases(), options)?;
         finished(&chain, solution, &self.knots.space(), options.interrupt)
     }
 }

@@ -24,6 +24,7 @@ use super::chain::{Movable, Space, pieces};
 use super::ends::EndConditions;
 use super::fit::{Data, Fit, work_of_balance};
 use super::framed::{Framed, frames};
+use super::grouped::Grouped;
 use super::knots;
 use super::options::{MAX_ITERATIONS, SplineOptions};
 use super::piecewise::Piecewise;
@@ -35,8 +36,8 @@ use crate::cubic::{IntegrationOptions, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::manifold::Grassmann;
-use crate::manifold::Stiefel;
+use crate::manifold::only_bases::advised_knots;
+use crate::manifold::{Grassmann, Stiefel};
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Quotient, ScalarField};
 use crate::threads;
@@ -172,7 +173,8 @@ pub struct SmoothingSpline {
 /// * `weights` - one per datum, positive; all 1 if `None`
 /// # Errors
 /// `Shape` (also two points without `lambda`), `NonFinite`, `InvalidArgument` (decreasing times, weights, `lambda`);
-/// `NoConvergence` (with `NotMinimal` if some geodesic near the data is better than the curve found), `Interrupted`;
+/// `NoConvergence` (with `NotMinimal` if some geodesic near the data is better than the curve found), in `OnlyBases` if
+/// the data look like mere bases; `Interrupted`;
 /// wrapped in `AtKnot`, with the index of the distinct time: `NotOrthonormal`, the errors of joining neighbours, and
 /// `LogNotFound` and similar errors if a datum is too far from the curve.
 pub fn smoothing_spline(
@@ -185,19 +187,31 @@ pub fn smoothing_spline(
     let manifold = check(t, data, weights, options.lambda)?;
     options.field.check(data.iter().copied())?;
     let grouped = Grouped::new(t, weights);
+    let firsts: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
+    let found = smoothed(&manifold, data, grouped, &firsts, options);
+    found.map_err(|error| advised_knots(error, options.quotient, &firsts))
+}
+
+/// The spline of checked data, whose first points at each time are `firsts`.
+fn smoothed(
+    manifold: &Stiefel,
+    data: &[MatRef<'_, f64>],
+    grouped: Grouped,
+    firsts: &[MatRef<'_, f64>],
+    options: &SmoothingOptions<'_>,
+) -> Result<SmoothingSpline> {
     // St(1, 1) has dimension zero.
-    if dim(&manifold, options.quotient) == 0 {
-        return interpolated(&manifold, data, &grouped, options);
+    if dim(manifold, options.quotient) == 0 {
+        return interpolated(manifold, data, &grouped, firsts, options);
     }
     if let [first, last] = data {
-        return between(&manifold, [*first, *last], grouped.t, options);
+        return between(manifold, [*first, *last], grouped.t, options);
     }
     if options.lambda == Some(0.0) {
-        return interpolated(&manifold, data, &grouped, options);
+        return interpolated(manifold, data, &grouped, firsts, options);
     }
-    let firsts: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
     let kind = options.spline().kind();
-    let knots = ReducedKnots::new(kind, &grouped.t, &firsts, data)?;
+    let knots = ReducedKnots::new(kind, &grouped.t, firsts, data)?;
     let low = data.iter().map(|point| knots.point(*point)).collect();
     let heaviest = grouped
         .weights
@@ -210,19 +224,36 @@ pub fn smoothing_spline(
         .lambda
         .map(|lambda| lambda / knots.unit / knots.unit / knots.unit / heaviest);
     let (space, interrupt) = (knots.space(), options.interrupt);
+    let are_bases = knots.are_bases();
     let solved = if knots.is_small() {
         let through = |points: &[Mat<f64>]| {
             let frames = frames(kind, points)?.into();
             let (columns, lengths) = (points[0].ncols(), knots.lengths.clone());
             Framed::new(kind, frames, columns, lengths, interrupt)
         };
-        solve(through, &knots.points, &data, given, &space, options)?
+        solve(
+            through,
+            &knots.points,
+            &data,
+            given,
+            &space,
+            are_bases,
+            options,
+        )?
     } else {
         let through = |points: &[Mat<f64>]| {
             let (points, lengths) = (points.to_vec(), knots.lengths.clone());
             Ambient::new(kind, points, lengths, interrupt)
         };
-        solve(through, &knots.points, &data, given, &space, options)?
+        solve(
+            through,
+            &knots.points,
+            &data,
+            given,
+            &space,
+            are_bases,
+            options,
+        )?
     };
     let report = solved.report;
     if !report.converged {
@@ -290,36 +321,6 @@ fn check(
     }
 }
 
-/// Data grouped by distinct times.
-struct Grouped {
-    /// The distinct times.
-    t: Vec<f64>,
-    /// Index of the first datum at each.
-    first: Vec<usize>,
-    /// Index of the distinct time of each datum.
-    knots: Vec<usize>,
-    weights: Vec<f64>,
-}
-
-impl Grouped {
-    fn new(t: &[f64], weights: Option<&[f64]>) -> Self {
-        let mut grouped = Grouped {
-            t: Vec::new(),
-            first: Vec::new(),
-            knots: Vec::new(),
-            weights: weights.map_or_else(|| vec![1.0; t.len()], <[f64]>::to_vec),
-        };
-        for (i, &t) in t.iter().enumerate() {
-            if grouped.t.last() != Some(&t) {
-                grouped.t.push(t);
-                grouped.first.push(i);
-            }
-            grouped.knots.push(grouped.t.len() - 1);
-        }
-        grouped
-    }
-}
-
 /// For two points: the geodesic between them has neither misfit nor cost.
 fn between(
     manifold: &Stiefel,
@@ -373,6 +374,7 @@ fn interpolated(
     manifold: &Stiefel,
     data: &[MatRef<'_, f64>],
     grouped: &Grouped,
+    points: &[MatRef<'_, f64>],
     options: &SmoothingOptions<'_>,
 ) -> Result<SmoothingSpline> {
     if grouped.t.len() < data.len() && dim(manifold, options.quotient) > 0 {
@@ -382,9 +384,8 @@ fn interpolated(
             found: 0.0,
         });
     }
-    let points: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
     let natural = EndConditions::Natural;
-    let (curve, report) = cubic_spline(&grouped.t, &points, &natural, &options.spline())?;
+    let (curve, report) = cubic_spline(&grouped.t, points, &natural, &options.spline())?;
     Ok(SmoothingSpline {
         curve,
         lambda: options.lambda.unwrap_or(0.0),
@@ -411,10 +412,14 @@ fn solve<C: Movable>(
     data: &Data,
     lambda: Option<f64>,
     space: &Space,
+    are_bases: bool,
     options: &SmoothingOptions<'_>,
 ) -> Result<Solved> {
     let chain = through(points)?;
-    let work = options.spline().work(TRIALS, work_of_balance(&chain));
+    let work = match are_bases {
+        true => options.spline().work_of_bases(),
+        false => options.spline().work(TRIALS, work_of_balance(&chain)),
+    };
     let validation = Validation::new(&chain, data, &work)?;
     let lambda = match lambda {
         Some(lambda) => lambda,

@@ -8,7 +8,7 @@ use super::framed::Framed;
 use super::low_cost::{self, Cheapest};
 use super::options::SplineOptions;
 use super::solvable::{Effort, Solution, Solvable, Start, unless_interrupted};
-use crate::cubic::work::Work;
+use crate::cubic::work::{TRIALS, Work};
 use crate::error::Result;
 use crate::report::{SolverReport, StopReason};
 
@@ -71,22 +71,25 @@ fn unsolved(effort: Effort<'_>) -> Solution {
     ))
 }
 
-/// Solves a chain in many dimensions, with at least the given number of trials. If its knots are distant, returns the
-/// cheaper of the solutions in both directions, unless a quick answer is needed: for frames that only serve as bases,
-/// this halves the time to an error.
+/// Solves a chain in many dimensions. If its knots are distant, returns the cheaper of the solutions in both directions,
+/// unless they seem to be mere bases: this halves the time to an error.
 ///
 /// # Errors
 /// `Interrupted`; an error if the start cannot be integrated.
 pub(super) fn in_ambient(
     chain: &Ambient<'_>,
     ends: &Ends,
-    trials: f64,
+    are_bases: bool,
     options: &SplineOptions<'_>,
 ) -> Result<Solution> {
-    let work = options.work(trials, chain.lengths().len() as f64 * chain.work_of_leg());
+    let trial = chain.lengths().len() as f64 * chain.work_of_leg();
+    let work = match are_bases {
+        true => options.work_of_bases(),
+        false => options.work(TRIALS, trial),
+    };
     let effort = Effort::new(options, &work);
     let first = chain.solve(ends, Start::Flat, effort)?;
-    if trials == 0.0 || !low_cost::is_far(chain.longest()) {
+    if are_bases || !low_cost::is_far(chain.longest()) {
         return Ok(first);
     }
     work.allow(FURTHER);

@@ -12,7 +12,8 @@ use faer::{Mat, MatRef};
 
 use super::{Grassmann, remove_part};
 use crate::error::{Error, Result};
-use crate::linalg::decomp::{Svd, SymmetricEigen};
+use crate::linalg::complex_embedding::{embed, embedding_defect, nearest, paired_columns};
+use crate::linalg::decomp::{Svd, SymmetricEigen, complex_svd};
 use crate::linalg::one_sided_jacobi::orthogonalise_few;
 use crate::linalg::product::{mul_add, mul_into, scale};
 use crate::linalg::structure::gram;
@@ -28,6 +29,19 @@ const FAR: f64 = 0.25;
 /// Smallest squared cosine that is computed from `C^T C`. For angles up to this bound (k = 5, 12, 30), entries of
 /// logarithms have errors of at most 4.8 units of round-off and distances of 16; by singular values, 3.0 and 10.
 const MODERATE: f64 = 0.1;
+
+/// Embedded complex bases with a cosine below this are decomposed as complex ones. Real singular vectors of cosines `c`
+/// are embedded only to `eps / c`: at two angles 1e-8 below `pi/2` logarithms were off by 2.4e-8.
+const SMALL: f64 = 1e-3;
+
+/// Round-off in the products of embedded complex bases, relative to their number.
+const EMBEDDED: f64 = 16.0 * f64::EPSILON;
+
+/// Whether the matrix is an embedded complex one to round-off.
+fn is_embedded(product: MatRef<'_, f64>) -> bool {
+    let k = product.ncols();
+    k.is_multiple_of(2) && embedding_defect(product) <= EMBEDDED * k as f64
+}
 
 /// `Y0^T Y1 = U diag(c) Z^T`.
 pub(super) struct Alignment {
@@ -48,6 +62,17 @@ impl Alignment {
         let k = y0.ncols();
         let mut product = Mat::zeros(k, k);
         mul_into(&mut product, 1.0, y0.transpose(), y1);
+        let found = Self::of_product(product)?;
+        match found.cosines.last() {
+            Some(&cosine) if cosine < SMALL && is_embedded(found.product.as_ref()) => {
+                Self::by_complex_svd(found.product)
+            }
+            _ => Ok(found),
+        }
+    }
+
+    fn of_product(product: Mat<f64>) -> Result<Self> {
+        let k = product.ncols();
         let (mut u, mut z) = (product.clone(), Mat::zeros(k, k));
         if orthogonalise_few(&mut u, &mut z) {
             let cosines: Vec<f64> = u.col_iter().map(|column| column.norm_l2()).collect();
@@ -103,6 +128,19 @@ impl Alignment {
             cosines: (0..k).map(|i| svd.s(i)).collect(),
             u: svd.u().to_owned(),
             z: svd.v().to_owned(),
+        })
+    }
+
+    /// Computed for embedded complex bases, whose factors are then embedded to round-off.
+    fn by_complex_svd(product: Mat<f64>) -> Result<Self> {
+        let (u, values, z) = complex_svd(nearest(product.as_ref()).as_ref())?;
+        let [u, z] = [u, z].map(|factor| paired_columns(embed(factor.as_ref()).as_ref()));
+        let cosines = values.into_iter().flat_map(|cosine| [cosine; 2]).collect();
+        Ok(Alignment {
+            product,
+            cosines,
+            u,
+            z,
         })
     }
 

@@ -1,0 +1,120 @@
+"""Frames that are far apart only because their columns are rotated: errors name the Grassmann manifold and `align`."""
+
+import re
+
+import numpy as np
+import pytest
+
+from stiefel_rs import (
+    ConvergenceError,
+    CubicSpline,
+    GeometricCubic,
+    Grassmann,
+    OutsideDomainError,
+    QuasiGeodesic,
+    RiemannianCubic,
+    SmoothingSpline,
+    Stiefel,
+)
+
+HINT = r"the nearest bases of their spans are (\S+) times as far apart: .*Grassmann manifold.*align"
+
+
+def turned_bases(n, k, count, field="real", seed=0):
+    """Bases of subspaces 0.3 apart along a geodesic, each turned at random."""
+    rng = np.random.default_rng(seed)
+    M, U = Grassmann(n, k, field=field), Stiefel(k, k, field=field)
+    Y = M.random_point(rng)
+    V = M.random_tangent(Y, rng)
+    V *= 0.3 / M.norm(Y, V)
+    return np.array([M.exp(Y, i * V) @ U.random_point(rng) for i in range(count)])
+
+
+def assert_advised(caught, S0, S1):
+    found = re.search(HINT, str(caught.value))
+    assert found, str(caught.value)
+    field = "complex" if np.iscomplexobj(S0) else "real"
+    frames, bases = [np.linalg.norm(S - S0) for S in (S1, Grassmann(*S0.shape, field=field).align(S0, S1))]
+    assert abs(float(found.group(1)) - bases / frames) <= 6e-4
+
+
+# Opposite columns: no shortest geodesic and no quasi-geodesic joins them as frames; the subspaces are the same.
+S0 = np.eye(6, 2)
+PAIRS = {
+    "log": lambda: Stiefel(6, 2).log(S0, -S0),
+    "dist": lambda: Stiefel(6, 2).dist(S0, -S0),
+    "quasi-geodesic": lambda: QuasiGeodesic(S0, -S0),
+    "polar": lambda: Stiefel(6, 2).inverse_retract(S0, -S0, kind="polar"),
+    "cayley": lambda: Stiefel(6, 2).inverse_retract(S0, -S0, kind="cayley"),
+    "qr": lambda: Stiefel(6, 2).inverse_retract(S0, -S0, kind="qr"),
+    "geometric cubic": lambda: GeometricCubic(S0, 0 * S0, -S0, 0 * S0),
+    "geometric spline": lambda: CubicSpline([0.0, 1.0, 2.0], [S0, -S0, S0], kind="geometric"),
+    "smoothing two": lambda: SmoothingSpline([0.0, 1.0], [S0, -S0], lam=1.0),
+}
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_opposite_columns(name):
+    with pytest.raises((OutsideDomainError, ConvergenceError), match=HINT) as caught:
+        PAIRS[name]()
+    assert_advised(caught, S0, -S0)
+
+
+@pytest.mark.parametrize("field", ["real", "complex"])
+@pytest.mark.parametrize("bc_type", ["natural", "periodic"])
+def test_splines_through_turned_bases(field, bc_type):
+    n, k = (20, 3) if field == "real" else (12, 2)
+    Y = turned_bases(n, k, 6, field)
+    if bc_type == "periodic":
+        Y[-1] = Y[0]
+    with pytest.raises(ConvergenceError, match=HINT) as caught:
+        CubicSpline(np.arange(6.0), Y, bc_type=bc_type)
+    knot = int(re.search(r"knots (\d) and", str(caught.value)).group(1))
+    assert caught.value.knot == knot
+    assert_advised(caught, Y[knot], Y[knot + 1])
+    assert not caught.value.report.converged
+
+
+def test_what_the_hint_says_helps():
+    Y = turned_bases(20, 3, 6)
+    M, t = Grassmann(20, 3), np.arange(6.0)
+    spline = CubicSpline(t, Y, manifold=M)
+    aligned = [Y[0]]
+    for basis in Y[1:]:
+        aligned.append(M.align(aligned[-1], basis))
+    frames = CubicSpline(t, aligned)
+    # The points lie on a geodesic, which has no cost.
+    assert spline.cost() < 1e-20
+    assert frames.cost() < 1e-20
+    np.testing.assert_allclose(M.projector(spline(2.5)), M.projector(frames(2.5)), atol=1e-10)
+
+
+def test_no_hint_for_frames_as_far_apart_as_their_subspaces():
+    S1 = np.eye(6, 2, -2)
+    for call in (lambda: Stiefel(6, 2).inverse_retract(S0, S1, kind="polar"),):
+        with pytest.raises(OutsideDomainError) as caught:
+            call()
+        assert "their spans" not in str(caught.value)
+    # Rotations are no bases: their subspaces are all the same.
+    with pytest.raises(OutsideDomainError) as caught:
+        Stiefel(3, 3).log(np.eye(3), np.diag([1.0, -1.0, -1.0]))
+    assert "their spans" not in str(caught.value)
+
+
+def test_solvable_frames_are_solved_although_they_look_like_bases():
+    # A frame that spins in its plane.
+    t = np.linspace(0.0, 4.0, 9)
+    angles = 1.5 * t
+    S = np.zeros((9, 20, 2))
+    S[:, 0, 0], S[:, 0, 1] = np.cos(angles), -np.sin(angles)
+    S[:, 1, 0], S[:, 1, 1] = np.sin(angles), np.cos(angles)
+    spline = CubicSpline(t, S)
+    assert spline.cost() < 1e-20
+
+
+def test_boundary_problem():
+    Y = turned_bases(30, 8, 2)
+    V = np.zeros_like(Y[0])
+    with pytest.raises(ConvergenceError, match=HINT) as caught:
+        RiemannianCubic.from_boundary(Y[0], V, Y[1], V, max_iterations=1)
+    assert_advised(caught, Y[0], Y[1])
