@@ -535,7 +535,7 @@ class Stiefel:
     def k(self) -> int:
         """Number of columns of a point."""
     @property
-    def field(self) -> str:
+    def field(self) -> _Field:
         """Field of the entries: "real" or "complex"."""
     @property
     def alpha(self) -> float:
@@ -1024,7 +1024,7 @@ class Grassmann:
     True
     """
 
-    def __new__(cls, n: int, k: int, *, field: Literal["real", "complex"] = "real") -> Grassmann: ...
+    def __new__(cls, n: int, k: int, *, field: _Field = "real") -> Grassmann: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -1038,7 +1038,7 @@ class Grassmann:
     def dim(self) -> int:
         """Real dimension of the manifold: ``k (n - k)``, for complex subspaces ``2 k (n - k)``."""
     @property
-    def field(self) -> str:
+    def field(self) -> _Field:
         """Field of the entries: "real" or "complex"."""
     def check_point(self, Y: ArrayLike, atol: float | None = None) -> None:
         """Raise unless every member of ``Y`` is an orthonormal basis: ``|Y^T Y - I| <= atol`` (Frobenius norm).
@@ -1339,7 +1339,7 @@ class Curve:
     def k(self) -> int:
         """Number of columns of a point."""
     @property
-    def field(self) -> str:
+    def field(self) -> _Field:
         """Field of the entries: "real" or "complex"."""
     @property
     def manifold(self) -> Stiefel | Grassmann:

@@ -10,10 +10,8 @@ import stiefel_rs
 from stiefel_rs import (
     CubicHermite,
     CubicSpline,
-    InvalidInputError,
     RiemannianCubic,
     Stiefel,
-    integrate_cubic,
     interpolate,
 )
 
@@ -143,11 +141,3 @@ def test_command_line(kind, tmp_path, capsys):
         assert (found["S"] == curve(found["t"])).all()
     assert run(*command, "--plot", tmp_path / "figure.svg") == 1
     assert "--plot draws real frames" in capsys.readouterr().err
-
-
-def test_figures_are_those_of_real_frames():
-    plotting = pytest.importorskip("stiefel_rs.plotting")
-    trajectory = integrate_cubic(S[0], V[0], V[0], V[0], 3)
-    for drawn in (CubicSpline(T, S), trajectory):
-        with pytest.raises(InvalidInputError, match="curve: real frames are drawn, these are complex"):
-            plotting.plot(drawn)

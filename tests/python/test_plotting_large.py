@@ -131,7 +131,7 @@ def test_many_columns_have_no_names():
         (lambda S: plotting.overview(S, foo=1), "style: "),
         (lambda S: plotting.angles(S, num=1), "num: "),
         (lambda S: plotting.angles(S, t=[0, 1]), "t: 5 times expected, found 2"),
-        (lambda S: plotting.angles(S * 1j), "curve: real numbers"),
+        (lambda S: plotting.angles(np.array([[["a"]]])), "curve: real numbers"),
     ],
 )
 def test_bad_arguments(call, message):

@@ -26,24 +26,25 @@ SIDE, TOP, BOTTOM = 0.4, 0.35, 0.3
 BELOW: Final = 1.25
 
 
-def _right_handed(points: Array) -> Array:
+def _right_handed(found: Samples) -> Array:
     """Columns of St(3,2) with their cross product as the third, those of St(3,3) as they are."""
+    points = found.points
     if points.shape[1:] == (3, 3):
         return points
     if points.shape[1:] != (3, 2):
-        raise InvalidInputError(f"curve: St(3,2) or St(3,3) expected, found St({points.shape[1]},{points.shape[2]})")
+        raise InvalidInputError(f"curve: St(3,2) or St(3,3) expected, found {found.manifold}")
     third = np.cross(points[:, :, 0], points[:, :, 1])
     return np.concatenate([points, third[:, :, None]], axis=2)
 
 
 def _shown(curve: Drawable, num: int) -> Samples:
     """Take `num` samples of a curve; of points, at the most `num` of them, spread evenly."""
-    if isinstance(curve, Curve):
+    if isinstance(curve, Curve) and curve.field == "real":
         t = np.linspace(*curve.t_span, num)
         return Samples(t, curve(t), True, t[:0], t[:0])
     found = samples(curve, num)
     keep = np.unique(np.round(np.linspace(0, len(found.t) - 1, min(num, len(found.t)))).astype(int))
-    return Samples(found.t[keep], found.points[keep], found.timed, found.knot_times, found.knots)
+    return Samples(found.t[keep], found.points[keep], found.timed, found.knot_times, found.knots, found.is_complex)
 
 
 def body_frame(
@@ -79,7 +80,7 @@ def body_frame(
         `curve` is not on St(3,2) or St(3,3), `ax` is flat, `positions` do not match, `size` is not positive.
     """
     found = _shown(curve, count(num))
-    triads = _right_handed(found.points)
+    triads = _right_handed(found)
     if positions is not None:
         places = finite(positions, "positions", 2)
         if places.shape != (len(triads), 3):

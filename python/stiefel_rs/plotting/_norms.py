@@ -17,7 +17,7 @@ from ._samples import Array, times
 
 def _lengths(curve: Curve, t: Array, order: int) -> Array:
     vectors = curve.velocity(t) if order == 1 else curve.acceleration(t)
-    return Stiefel(curve.n, curve.k).norm(curve(t), vectors)
+    return Stiefel(curve.n, curve.k, field=curve.field).norm(curve(t), vectors)
 
 
 def norms(curve: Curve, *, ax: Axes | None = None, num: int = 200, order: int | None = None, **style: Any) -> Axes:

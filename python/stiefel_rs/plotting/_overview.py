@@ -76,7 +76,8 @@ def _turned(points: Array) -> Array:
 def overview(curve: Drawable, *, ax: ArrayLike | None = None, num: int = 200, **style: Any) -> NDArray[np.object_]:
     """Draw what a large frame does: angles of its columns to their start, speed, acceleration, and all entries.
 
-    The entries are a picture, one column of the frame above the other, blue where negative and red where positive.
+    The entries are a picture, one column of the frame above the other, blue where negative and red where positive; of a
+    complex column the real parts are above the imaginary ones.
     Speed and covariant acceleration are lengths in the canonical metric; points and trajectories have no speed and two
     panels.
 

@@ -14,8 +14,8 @@ from ._time import path
 def plot(curve: Drawable, *, ax: Axes | Axes3D | None = None, num: int = 200, **style: Any) -> Axes | Axes3D:
     """Draw a curve in the way that suits its shape; ``curve.plot()`` is the same.
 
-    On St(3,1) that is `sphere`, on St(3,2) and St(3,3) `frame`, on St(2,1) and St(2,2) the columns on circles, else
-    `entries` up to 60 entries, beyond that `overview`. The knots of a spline are marked.
+    On St(3,1) that is `sphere`, on St(3,2) and St(3,3) `frame`, on St(2,1) and St(2,2) the columns on circles, else,
+    and for complex points, `entries` up to 60 real numbers, beyond that `overview`. The knots of a spline are marked.
 
     Parameters
     ----------

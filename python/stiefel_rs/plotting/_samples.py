@@ -17,7 +17,6 @@ Array = NDArray[np.float64]
 Trajectory: TypeAlias = CubicTrajectory | ChartTrajectory
 Drawable: TypeAlias = Curve | Trajectory | ArrayLike
 MAX_SAMPLES: Final = 1_000_000
-COMPLEX: Final = "curve: real frames are drawn, these are complex; their real and imaginary parts are arrays of points"
 LARGEST: Final = float(np.finfo(np.float64).max)
 
 
@@ -29,10 +28,12 @@ class Samples:
     ----------
     t : ndarray, shape (T,)
     points : ndarray, shape (T, n, k)
+        For complex points shape (T, 2n, k): the imaginary parts below the real ones.
     timed : bool
         Whether `t` are times; else they are numbers of points.
     knot_times : ndarray, shape (N,)
-    knots : ndarray, shape (N, n, k)
+    knots : ndarray, shape (N, n, k) or (N, 2n, k)
+    is_complex : bool
     """
 
     t: Array
@@ -40,6 +41,13 @@ class Samples:
     timed: bool
     knot_times: Array
     knots: Array
+    is_complex: bool = False
+
+    @property
+    def manifold(self) -> str:
+        """The manifold of frames of this shape, as in messages."""
+        _, n, k = self.points.shape
+        return f"St({n // 2},{k},C)" if self.is_complex else f"St({n},{k})"
 
 
 def count(num: int) -> int:
@@ -117,18 +125,23 @@ def samples(curve: Drawable, num: int, t: ArrayLike | None = None) -> Samples:
     if isinstance(curve, Curve):
         if t is not None:
             raise InvalidInputError("t: goes with points and trajectories, a curve has its own times")
-        if curve.field == "complex":
-            raise InvalidInputError(COMPLEX)
-        at = times(curve, num)
+        at, is_complex = times(curve, num), curve.field == "complex"
+        points = _real_rows(curve(at))
         if isinstance(curve, PiecewiseCurve):
-            return Samples(at, curve(at), True, curve.t, curve.points)
-        return Samples(at, curve(at), True, none, none)
+            return Samples(at, points, True, curve.t, _real_rows(curve.points), is_complex)
+        return Samples(at, points, True, none, none, is_complex)
     count(num)
     if isinstance(curve, CubicTrajectory | ChartTrajectory):
         at, timed = trajectory_times(curve, t)
-        if np.iscomplexobj(curve.point):
-            raise InvalidInputError(COMPLEX)
-        return Samples(at, curve.point, timed, none, none)
-    points = finite(curve, "curve", 3)
+        return Samples(at, _real_rows(curve.point), timed, none, none, np.iscomplexobj(curve.point))
+    if isinstance(curve, np.ndarray) and curve.ndim == 3 and np.iscomplexobj(curve):
+        points, is_complex = finite(_real_rows(curve), "curve", 3), True
+    else:
+        points, is_complex = finite(curve, "curve", 3), False
     at, timed = matching(t, len(points))
-    return Samples(at, points, timed, none, none)
+    return Samples(at, points, timed, none, none, is_complex)
+
+
+def _real_rows(points: NDArray[Any]) -> Array:
+    """Points, with the imaginary parts below the real ones if they are complex."""
+    return np.concatenate([points.real, points.imag], axis=1) if np.iscomplexobj(points) else points

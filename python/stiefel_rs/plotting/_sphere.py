@@ -166,7 +166,7 @@ def _spherical(curve: Drawable, num: int, columns: tuple[int, ...]) -> Samples:
     n, k = found.points.shape[1:]
     if n != 3 or k not in columns:
         wanted = " or ".join(f"St(3,{k})" for k in columns)
-        raise InvalidInputError(f"curve: {wanted} expected, found St({n},{k})")
+        raise InvalidInputError(f"curve: {wanted} expected, found {found.manifold}")
     return found
 
 

@@ -30,7 +30,7 @@ from ._axes import (
 )
 from ._norms import norms
 from ._overview import LARGE, angles, overview
-from ._samples import Array, Drawable, column_of, samples
+from ._samples import Array, Drawable, Samples, column_of, samples
 from ._sphere import frame, sphere
 
 # Inside of circles nothing is drawn.
@@ -43,6 +43,8 @@ def entries(
     curve: Drawable, *, ax: Axes | None = None, num: int = 200, t: ArrayLike | None = None, **style: Any
 ) -> Axes:
     """Draw every entry of a curve against time, in the colour of its column; knots of splines as circles.
+
+    Of complex entries real and imaginary parts are drawn.
 
     A further curve in the same axes has the next colours. A legend comes with new axes, not with those of the caller.
 
@@ -74,7 +76,8 @@ def entries(
     before = drawn(ax) // n
     for column in range(k):
         for row in range(n):
-            own = _entry_style(row, column, (n, k), style) | {"color": CURVES[(before + column) % len(CURVES)]}
+            name = _entry_name(row, column, found)
+            own = _entry_style(row, name, (n, k), style) | {"color": CURVES[(before + column) % len(CURVES)]}
             (line,) = ax.plot(found.t, found.points[:, row, column], **(own | style | {"label": own["label"]}))
             if len(found.knots):
                 _draw_knots(ax, found.knot_times, found.knots[:, row, column], line.get_color())
@@ -85,14 +88,25 @@ def entries(
     return ax
 
 
-def _entry_style(row: int, column: int, shape: tuple[int, int], style: dict[str, Any]) -> dict[str, Any]:
+def _entry_name(row: int, column: int, found: Samples) -> str:
+    """Name of an entry, or of its column where there are many entries."""
+    _, rows, k = found.points.shape
+    if rows * k > MAX_NAMES:
+        return f"column {column + 1}"
+    if not found.is_complex:
+        return f"S[{row}, {column}]"
+    part, row = ("Re", row) if row < rows // 2 else ("Im", row - rows // 2)
+    return f"{part} S[{row}, {column}]"
+
+
+def _entry_style(row: int, name: str, shape: tuple[int, int], style: dict[str, Any]) -> dict[str, Any]:
     """Dashes and name of an entry; many of them are thin, and only their columns have names."""
     n, k = shape
     if n * k <= MAX_NAMES:
-        return {"linestyle": cycled(row)["linestyle"], "label": label(style, f"S[{row}, {column}]")}
+        return {"linestyle": cycled(row)["linestyle"], "label": label(style, name)}
     named = row == 0 and k <= MAX_NAMES
     thin = {"linestyle": "-", "linewidth": 1.0, "alpha": max(0.25, min(1.0, 6 / n))}
-    return thin | {"label": label(style, f"column {column + 1}") if named else None}
+    return thin | {"label": label(style, name) if named else None}
 
 
 def _draw_knots(ax: Axes, t: Array, knots: Array, colour: Any) -> None:
@@ -138,8 +152,11 @@ def _mark(ax: Axes, points: Array, knots: Array, colour: Any, mark: str) -> None
 
 def path(curve: Drawable, ax: Any, num: int, style: dict[str, Any]) -> Any:
     """Draw the picture that suits the shape."""
-    shape = (curve.n, curve.k) if isinstance(curve, Curve) else _points_shape(curve)
+    few = samples(curve, 2)
+    shape = few.points.shape[1:]
     match shape:
+        case _ if few.is_complex:
+            pass
         case (3, 1):
             return sphere(curve, ax=ax, num=num, **style)
         case (3, 2) | (3, 3):
@@ -151,11 +168,6 @@ def path(curve: Drawable, ax: Any, num: int, style: dict[str, Any]) -> Any:
     return angles(curve, ax=ax, num=num, **style) if ax is not None else overview(curve, num=num, **style)[0]
 
 
-def _points_shape(curve: Drawable) -> tuple[int, int]:
-    n, k = samples(curve, 2).points.shape[1:]
-    return n, k
-
-
 def spline(curve: Curve, *, ax: ArrayLike | None = None, num: int = 400) -> NDArray[np.object_]:
     """Draw a curve through points with its knots; the lengths of velocity and covariant acceleration beside it.
 
@@ -164,8 +176,8 @@ def spline(curve: Curve, *, ax: ArrayLike | None = None, num: int = 400) -> NDAr
     curve : Curve
         A `CubicSpline`, `CubicHermite` or `SmoothingSpline`; other curves have no knots and are drawn without.
     ax : sequence of three Axes, optional
-        For the path (as `plot` wants it: three-dimensional where n = 3), velocity and acceleration. By default all are
-        made, in one figure, the path with a legend.
+        For the path (as `plot` wants it: three-dimensional for real points with n = 3), velocity and acceleration. By
+        default all are made, in one figure, the path with a legend.
     num : int, default 400
         Equidistant times; those of the knots are added.
 
@@ -185,16 +197,16 @@ def spline(curve: Curve, *, ax: ArrayLike | None = None, num: int = 400) -> NDAr
         raise InvalidInputError(f"ax: three axes expected, found {len(axes)}")
     left = path(curve, axes[0], num, {})
     if ax is None:
-        legend(left, **(INSIDE if curve.n == 2 else {}))
+        legend(left, **(INSIDE if curve.n == 2 and curve.field == "real" else {}))
     for which in (1, 2):
         norms(curve, ax=axes[which], num=num, order=which, linestyle="-")
     return axes
 
 
 def _three(curve: Curve) -> NDArray[np.object_]:
-    figure = new_figure(PAGE, 3.6)
+    figure, in_space = new_figure(PAGE, 3.6), curve.n == 3 and curve.field == "real"
     grid = figure.add_gridspec(2, 2, width_ratios=[1.1, 1])
-    left = figure.add_subplot(grid[:, 0], projection="3d" if curve.n == 3 else None)
+    left = figure.add_subplot(grid[:, 0], projection="3d" if in_space else None)
     upper = dressed(figure.add_subplot(grid[0, 1]))
     lower = dressed(figure.add_subplot(grid[1, 1], sharex=upper))
-    return np.array([left if curve.n == 3 else dressed(left), upper, lower], dtype=object)
+    return np.array([left if in_space else dressed(left), upper, lower], dtype=object)
