@@ -310,7 +310,7 @@ pub enum Error {
     OnlyBases {
         /// The error about them as frames.
         source: Box<Error>,
-        /// The Frobenius distance of the frames.
+        /// The Frobenius distance of the frames; of embedded complex ones the root of 2 times their own.
         frames: f64,
         /// The Frobenius distance of the nearest bases of their spans.
         subspaces: f64,
@@ -413,7 +413,7 @@ impl Error {
         }
     }
 
-    /// The report of the solver that found nothing, if the error is about one.
+    /// The report of the solver or integration that failed, if the error is about one.
     pub fn report(&self) -> Option<&SolverReport> {
         match self {
             Error::AtKnot { source, .. }

@@ -1,12 +1,12 @@
 //! Frames that are far apart only because their columns are rotated: errors name the subspaces.
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, mat};
 use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic};
 use stiefel_rs::spline::{
     EndConditions, SmoothingOptions, SplineOptions, cubic_spline, geometric_spline,
     smoothing_spline,
 };
-use stiefel_rs::{Error, Grassmann, QuasiGeodesic, Retraction, Stiefel, skew_exp};
+use stiefel_rs::{Error, GeometricCubic, Grassmann, QuasiGeodesic, Retraction, Stiefel, skew_exp};
 
 /// The first columns of the identity, and the same with opposite signs: one subspace.
 fn opposite() -> [Mat<f64>; 2] {
@@ -132,6 +132,54 @@ fn boundary_problem() {
     let error = failed(found);
     assert!(error.report().is_some_and(|report| !report.converged));
     distances(error, None);
+}
+
+/// Unit vectors that span nearly the same line: as lines they are near, and no frames are meant.
+#[test]
+fn lines_get_no_hint() {
+    let y0 = mat![[1.0], [0.0], [0.0]];
+    let y1 = mat![[-0.96], [0.28], [0.0]];
+    let rest = Mat::zeros(3, 1);
+    let options = BoundaryOptions {
+        max_iterations: 1,
+        tolerance: 1e-15,
+        ..BoundaryOptions::default()
+    };
+    let data = [&y0, &rest, &y1, &rest].map(|x| x.as_ref());
+    let [y0, v0, y1, v1] = data;
+    let found = RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options);
+    assert!(!matches!(failed(found), Error::OnlyBases { .. }));
+}
+
+/// The ends are equal, but the velocity is too large.
+#[test]
+fn hints_are_about_the_given_points() {
+    let s = Mat::<f64>::identity(6, 2);
+    let v = Mat::from_fn(6, 2, |i, j| match (i, j) {
+        (1, 0) => 3.0 * std::f64::consts::PI,
+        (0, 1) => -3.0 * std::f64::consts::PI,
+        _ => 0.0,
+    });
+    let rest = Mat::zeros(6, 2);
+    let [s, v, rest] = [&s, &v, &rest].map(|x| x.as_ref());
+    let error = failed(GeometricCubic::from_boundary(s, v, s, rest));
+    assert!(!matches!(error, Error::OnlyBases { .. }), "{error}");
+}
+
+/// One angle is pi/2, so that bases cannot be aligned; the answer does not depend on the coordinates of the space.
+#[test]
+fn no_hint_where_bases_cannot_be_aligned() {
+    let s0 = Mat::<f64>::identity(6, 2);
+    let mut s1 = Mat::zeros(6, 2);
+    (s1[(0, 0)], s1[(2, 1)]) = (-1.0, 1.0);
+    let a = Mat::from_fn(6, 6, |i, j| (1.3 * (i as f64 - j as f64)).sin());
+    let turn = skew_exp(a.as_ref()).unwrap();
+    for turn in [Mat::identity(6, 6), turn] {
+        let [s0, s1] = [&s0, &s1].map(|s| &turn * s);
+        let found = Retraction::Polar.inverse_retract(s0.as_ref(), s1.as_ref());
+        let error = failed(found);
+        assert!(!matches!(error, Error::OnlyBases { .. }), "{error}");
+    }
 }
 
 #[test]

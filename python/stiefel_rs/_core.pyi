@@ -2246,9 +2246,9 @@ class RiemannianCubic(Curve):
         """Differentiate the initial data with respect to the boundary data, by the implicit function theorem.
 
         On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
-        differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+        differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S^H dS = 0``: the
         rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
-        derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
+        derivatives satisfy ``S^H dV = -dS^H V`` and are horizontal if the point is fixed.
 
         Parameters
         ----------
@@ -2279,9 +2279,9 @@ class RiemannianCubic(Curve):
         """Differentiate points of the curve with respect to the boundary data.
 
         On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
-        differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+        differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S^H dS = 0``: the
         rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
-        derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
+        derivatives satisfy ``S^H dV = -dS^H V`` and are horizontal if the point is fixed.
 
         Parameters
         ----------
@@ -2349,9 +2349,9 @@ class RiemannianCubic(Curve):
         """Differentiate points of the curve with respect to its initial data.
 
         On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
-        differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+        differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S^H dS = 0``: the
         rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
-        derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
+        derivatives satisfy ``S^H dV = -dS^H V`` and are horizontal if the point is fixed.
 
         Parameters
         ----------
@@ -2609,7 +2609,7 @@ class CubicSpline(PiecewiseCurve):
 
         On a :class:`Grassmann` variations belong to the bases of the curve at its knots, ``curve(t)``, which differ
         from ``S`` by orthogonal matrices; those of points are horizontal, those of vectors satisfy
-        ``S.T @ dV = -dS.T @ V``. At the end of a periodic curve the first basis returns multiplied by
+        ``S^H dV = -dS^H V``. At the end of a periodic curve the first basis returns multiplied by
         ``Q = curve(t[0])^H curve(t[-1])``.
 
         Parameters

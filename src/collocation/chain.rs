@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::legs::{End, Ends, Knots, Options, Progress};
 use crate::linalg::field::larger;
 use crate::linalg::simd::{Four, each};
-use crate::manifold::grassmann::joining::alignment;
+use crate::manifold::grassmann::alignment::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;

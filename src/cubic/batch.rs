@@ -61,7 +61,8 @@ pub struct BoundarySolution {
 /// eight.
 ///
 /// # Errors
-/// `InvalidArgument` and `Interrupted` for the whole call; the errors of `from_boundary` for single problems.
+/// `InvalidArgument` and `Interrupted` for the whole call; the errors of `from_boundary` for single problems, without the
+/// hint about mere bases.
 ///
 /// # Examples
 /// ```
@@ -121,7 +122,7 @@ fn solve_task(
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
         let solution = problem.and_then(|problem| match leg {
             Some(leg) => Ok(transformed(&problem, &leg)),
-            None => alone(&problem, [data[0], data[2]], options),
+            None => alone(&problem, data[0], options),
         });
         if let Err(error @ Error::Interrupted { .. }) = solution {
             return Err(error);
@@ -165,10 +166,10 @@ fn abreast(
 /// Solves one problem as [`RiemannianCubic::from_boundary`] does.
 fn alone(
     problem: &Problem,
-    ends: [MatRef<'_, f64>; 2],
+    s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
 ) -> Result<BoundarySolution> {
-    let (solution, report) = from_boundary::solve(problem, ends, options)?;
+    let (solution, report) = from_boundary::solve(problem, s0, options)?;
     let start = solution.start.clone();
     let path = solution.into_path(problem, options.interrupt)?;
     let (r, k) = problem.end[0].shape();

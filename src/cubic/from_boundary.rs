@@ -49,9 +49,21 @@ impl RiemannianCubic {
         v1: MatRef<'_, f64>,
         options: &BoundaryOptions<'_>,
     ) -> Result<Self> {
+        let found = Self::between_frames([s0, v0, s1, v1], options);
+        found.map_err(|error| advised(error, s0, s1))
+    }
+
+    /// As [`RiemannianCubic::from_boundary`], without the hint that the points may be mere bases.
+    ///
+    /// # Errors
+    /// As [`RiemannianCubic::from_boundary`].
+    pub(crate) fn between_frames(
+        data: [MatRef<'_, f64>; 4],
+        options: &BoundaryOptions<'_>,
+    ) -> Result<Self> {
         options.check()?;
-        let problem = Problem::new([s0, v0, s1, v1], options)?;
-        let (solution, report) = solve(&problem, [s0, s1], options)?;
+        let problem = Problem::new(data, options)?;
+        let (solution, report) = solve(&problem, data[0], options)?;
         let path = solution.into_path(&problem, options.interrupt)?;
         Ok(Self::of_path(
             problem.n,
@@ -63,13 +75,13 @@ impl RiemannianCubic {
     }
 }
 
-/// The solution of a problem with given end points, and how it was found.
+/// The solution of a problem with initial point `s0`, and how it was found.
 ///
 /// # Errors
 /// `DifferentComponents`, `NoConvergence`, `Interrupted`, and the errors of a guess.
 pub(super) fn solve(
     problem: &Problem,
-    [s0, s1]: [MatRef<'_, f64>; 2],
+    s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
 ) -> Result<(Solution, BoundaryReport)> {
     let mut solver = Solver::new(problem, options);
@@ -77,11 +89,8 @@ pub(super) fn solve(
         Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
         None => solver.of_low_cost()?,
     };
-    found.ok_or_else(|| {
-        let error = Error::NoConvergence {
-            solver: SOLVER,
-            report: solver.report(BoundaryStrategy::Descent).solver,
-        };
-        advised(error, s0, s1)
+    found.ok_or_else(|| Error::NoConvergence {
+        solver: SOLVER,
+        report: solver.report(BoundaryStrategy::Descent).solver,
     })
 }

@@ -303,8 +303,6 @@ fn write_horizontal<T: Number>(values: &mut [T], block: &[T], [m, k]: [usize; 2]
 pub(crate) struct Passage<'a> {
     pub(crate) tension: f64,
     pub(crate) accuracy: Accuracy,
-    /// Speed at one end, which limits the number of steps.
-    pub(crate) speed: f64,
     pub(crate) kind: Kind,
     /// Counts the steps, also of a cubic that cannot be integrated.
     pub(crate) work: &'a Work,
@@ -329,7 +327,7 @@ pub(crate) fn arrival(
     } = Coordinates::of_checked([s, v, a, j], 1.0, kind);
     let mut state = State::of_coordinates(blocks, entries).in_tension(passage.tension);
     let mut march = March::new(blocks, passage.accuracy);
-    march.max_steps = allowed_steps(passage.speed);
+    march.max_steps = MAX_STEPS;
     state.load(blocks, &mut march.series);
     let arrived = march.run(1.0, passage.interrupt, |_, _, _| Ok(()));
     let steps = work_of_step(blocks) * march.steps as f64;

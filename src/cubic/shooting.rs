@@ -96,7 +96,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         Shooting {
             blocks,
             target: target.clone(),
-            work: Work::of_trials(TRIALS, work_of_curve(blocks)),
+            work: Work::of_trials(TRIALS, work_of_curve(blocks), false),
             plain: March::new(blocks, Accuracy::FULL),
             several: None,
             single: None,

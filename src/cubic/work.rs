@@ -7,14 +7,12 @@ use super::blocks::{Blocks, Sized};
 /// Work limit of a problem, about a second.
 const MAX_WORK: f64 = 5.5e7;
 
-/// Minimal number of trials allowed for a large problem. With 100, a spline through bases of reduced models on
-/// St(200, 6) is not solved.
+/// Minimal number of trials allowed for a large problem. When every leg counted as ten steps, a spline through bases of
+/// reduced models on St(200, 6) was not solved with 100.
 pub(crate) const TRIALS: f64 = 120.0;
 
-/// The part of the limit that a problem between frames gets that seem to be bases. Splines and smoothing splines through
-/// 5 to 20 bases of shapes (6, 2) to (2000, 6), turned at random, are refused after at most 2.0 s; with the whole limit
-/// after up to 5.0 s and 6.6 s, and 3 of 36 smoothing splines more are found.
-const OF_BASES: f64 = 0.3;
+/// The same for frames that seem to be bases.
+const WORK_OF_BASES: f64 = 1.65e7;
 
 /// Typical number of Taylor steps of a curve from one end to the other.
 const STEPS: f64 = 10.0;
@@ -55,19 +53,13 @@ pub(crate) struct Work {
 }
 
 impl Work {
-    /// No work done yet, for a problem that is allowed at least `trials` trials.
-    pub(crate) fn of_trials(trials: f64, trial: f64) -> Self {
+    /// No work done yet, for a problem that is allowed at least `trials` trials; between frames that seem to be bases
+    /// the answer is wanted soon.
+    pub(crate) fn of_trials(trials: f64, trial: f64, are_bases: bool) -> Self {
+        let least = if are_bases { WORK_OF_BASES } else { MAX_WORK };
         Work {
             done: AtomicU64::new(0),
-            limit: AtomicU64::new(MAX_WORK.max(trials * trial) as u64),
-        }
-    }
-
-    /// The same for frames that seem to be bases: the answer is wanted soon.
-    pub(crate) fn of_bases() -> Self {
-        Work {
-            done: AtomicU64::new(0),
-            limit: AtomicU64::new((OF_BASES * MAX_WORK) as u64),
+            limit: AtomicU64::new(least.max(trials * trial) as u64),
         }
     }
 

@@ -93,7 +93,7 @@ impl GeometricPolynomial {
         let (_, span, low) = span::control_points(points)?;
         let legs = low
             .windows(2)
-            .map(|pair| QuasiGeodesic::between(pair[0].as_ref(), pair[1].as_ref()))
+            .map(|pair| QuasiGeodesic::joining(pair[0].as_ref(), pair[1].as_ref()))
             .collect::<Result<_>>()?;
         Self::of_legs(low, span, legs)
     }
@@ -139,7 +139,7 @@ impl GeometricPolynomial {
         self.points[i].copy_from(point);
         for leg in [i - 1, i] {
             let [from, to] = [leg, leg + 1].map(|j| self.points[j].as_ref());
-            self.legs[leg] = QuasiGeodesic::between(from, to)?;
+            self.legs[leg] = QuasiGeodesic::joining(from, to)?;
             self.lane_legs[leg] = LaneLeg::new(&self.legs[leg])?;
         }
         Ok(())

@@ -68,7 +68,7 @@ pub(super) fn check_principal(
     if is_surely_principal(leg) {
         return Ok(());
     }
-    let principal = QuasiGeodesic::between(leg.point(0.0)?.as_ref(), end.as_ref())?;
+    let principal = QuasiGeodesic::joining(leg.point(0.0)?.as_ref(), end.as_ref())?;
     let velocity = leg.initial_velocity();
     let size = velocity.norm_l2();
     let gap = (&velocity - principal.initial_velocity()).norm_l2();

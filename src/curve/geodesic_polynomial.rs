@@ -159,7 +159,7 @@ fn polynomial_of_rotations(points: &[Mat<f64>]) -> Result<GeometricPolynomial> {
     let rotations: Vec<_> = points.iter().map(completed).collect();
     let legs = rotations
         .windows(2)
-        .map(|pair| QuasiGeodesic::between(pair[0].as_ref(), pair[1].as_ref()))
+        .map(|pair| QuasiGeodesic::joining(pair[0].as_ref(), pair[1].as_ref()))
         .collect::<Result<_>>()?;
     GeometricPolynomial::unchecked(rotations, None, legs)
 }

@@ -13,6 +13,7 @@ use super::span::Span;
 use crate::error::{Error, Result};
 use crate::linalg::jet::Jet;
 use crate::manifold::QuasiGeodesic;
+use crate::manifold::only_bases::advised;
 
 /// A geometric cubic: the curve of the adjusted de Casteljau algorithm on `[0, 1]`.
 ///
@@ -51,7 +52,8 @@ impl GeometricCubic {
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` if an end velocity is too long;
-    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` if the inner control points cannot be joined;
+    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` if the inner control points cannot be joined, in
+    /// `OnlyBases` if the end points look like mere bases;
     /// `BranchJump` if intermediate points cannot.
     pub fn from_boundary(
         s0: MatRef<'_, f64>,
@@ -64,7 +66,8 @@ impl GeometricCubic {
         let [low0, low1] = [s0, s1].map(|s| span.down(s));
         let (first, inner0) = outer_leg("V0", &low0, &span.down(v0), 3)?;
         let (last, inner1) = outer_leg("V1", &low1, &-span.down(v1), 3)?;
-        let middle = QuasiGeodesic::between(inner0.as_ref(), inner1.as_ref())?;
+        let middle = QuasiGeodesic::joining(inner0.as_ref(), inner1.as_ref());
+        let middle = middle.map_err(|error| advised(error, s0, s1))?;
         let points = vec![low0, inner0, inner1, low1];
         let legs = vec![first, middle, last.reversed()?];
         GeometricPolynomial::of_legs(points, span, legs).map(GeometricCubic)

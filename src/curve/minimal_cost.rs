@@ -180,7 +180,7 @@ fn elevated_cubic(
     points[degree - 1] = p_last;
     let mut legs = vec![first];
     for i in 1..degree - 1 {
-        legs.push(QuasiGeodesic::between(
+        legs.push(QuasiGeodesic::joining(
             points[i].as_ref(),
             points[i + 1].as_ref(),
         )?);
@@ -193,7 +193,7 @@ fn elevated_cubic(
 fn elevated(points: &[Mat<f64>], degree: usize) -> Result<Vec<Mat<f64>>> {
     let mut out = vec![points[0].clone()];
     for i in 1..=degree {
-        let back = QuasiGeodesic::between(points[i].as_ref(), points[i - 1].as_ref())?;
+        let back = QuasiGeodesic::joining(points[i].as_ref(), points[i - 1].as_ref())?;
         out.push(back.point(i as f64 / (degree + 1) as f64)?);
     }
     out.push(points[degree].clone());

@@ -90,7 +90,7 @@ impl GeometricPolynomial {
         let last = EndLegs::new(["V1", "A1"], &s1, &-v1, &a1)?;
         let [p1, p2] = first.points;
         let [p4, p3] = last.points;
-        let middle = QuasiGeodesic::between(p2.as_ref(), p3.as_ref())?;
+        let middle = QuasiGeodesic::joining(p2.as_ref(), p3.as_ref())?;
         let [leg0, leg1] = first.legs;
         let [leg4, leg3] = last.legs;
         let legs = vec![leg0, leg1, middle, leg3.reversed()?, leg4.reversed()?];

@@ -1,6 +1,6 @@
 //! `Gr(n, k)`, the subspaces of dimension `k` of `R^n`: membership, projections and the metric.
 
-mod alignment;
+pub(crate) mod alignment;
 mod curvature;
 mod exponential;
 mod gradient;

@@ -128,16 +128,26 @@ impl QuasiGeodesic {
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`; `DifferentComponents` (k = n); `OutsideLogDomain` if `U Z^T` has an
-    /// eigenvalue -1; `NoJoiningCurve` if a principal angle is pi (antipodal points), all three in `OnlyBases` if the
+    /// eigenvalue -1; `NoJoiningCurve` if a principal angle is pi (antipodal points), the last two in `OnlyBases` if the
     /// points look like mere bases; angles are compared to working precision.
     pub fn between(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Self> {
+        Self::joining(s0, s1).map_err(|error| advised(error, s0, s1))
+    }
+
+    /// As [`QuasiGeodesic::between`], without the hint that the points may be mere bases.
+    ///
+    /// # Errors
+    /// As [`QuasiGeodesic::between`].
+    pub(crate) fn joining(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Self> {
         let manifold = Stiefel::of("S0", s0)?;
         manifold.check_point("S0", s0, POINT_TOLERANCE)?;
         manifold.check_point("S1", s1, POINT_TOLERANCE)?;
         let mut out = Self::zeros(manifold.n(), manifold.k());
-        let mut problem = EndpointProblem::new(manifold.n(), manifold.k());
-        out.join(s0, s1, &mut problem)
-            .map_err(|error| advised(error, s0, s1))?;
+        out.join(
+            s0,
+            s1,
+            &mut EndpointProblem::new(manifold.n(), manifold.k()),
+        )?;
         Ok(out)
     }
 

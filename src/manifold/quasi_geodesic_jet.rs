@@ -15,7 +15,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::grassmann::joining::unique_alignment;
+use super::grassmann::alignment::unique_alignment;
 use super::quasi_geodesic::{EndpointProblem, QuasiGeodesic};
 use crate::error::{Error, Result};
 use crate::linalg::SkewSchur;

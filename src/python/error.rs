@@ -233,8 +233,7 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         Error::InvalidArgument { name: "t", .. } => {
             message = message.replacen("or enable extrapolation", EXTRAPOLATION, 1);
         }
-        Error::OutsideLogDomain { .. } | Error::RightAngle { .. }
-            if matches!(error, Error::AtKnot { .. }) =>
+        Error::OutsideLogDomain { .. } | Error::RightAngle { .. } if matches!(error, Error::AtKnot { source, .. } if !matches!(**source, Error::OnlyBases { .. })) =>
         {
             message.push_str("; add a knot between them");
         }

@@ -146,7 +146,7 @@ impl PyCubicSpline {
     ///
     /// On a :class:`Grassmann` variations belong to the bases of the curve at its knots, ``curve(t)``, which differ
     /// from ``S`` by orthogonal matrices; those of points are horizontal, those of vectors satisfy
-    /// ``S.T @ dV = -dS.T @ V``. At the end of a periodic curve the first basis returns multiplied by
+    /// ``S^H dV = -dS^H V``. At the end of a periodic curve the first basis returns multiplied by
     /// ``Q = curve(t[0])^H curve(t[-1])``.
     ///
     /// Parameters

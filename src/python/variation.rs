@@ -48,9 +48,9 @@ impl PyRiemannianCubic {
     /// Differentiate the initial data with respect to the boundary data, by the implicit function theorem.
     ///
     /// On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
-    /// differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+    /// differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S^H dS = 0``: the
     /// rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
-    /// derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
+    /// derivatives satisfy ``S^H dV = -dS^H V`` and are horizontal if the point is fixed.
     ///
     /// Parameters
     /// ----------
@@ -92,9 +92,9 @@ impl PyRiemannianCubic {
     /// Differentiate points of the curve with respect to the boundary data.
     ///
     /// On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
-    /// differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+    /// differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S^H dS = 0``: the
     /// rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
-    /// derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
+    /// derivatives satisfy ``S^H dV = -dS^H V`` and are horizontal if the point is fixed.
     ///
     /// Parameters
     /// ----------
@@ -190,9 +190,9 @@ impl PyRiemannianCubic {
     /// Differentiate points of the curve with respect to its initial data.
     ///
     /// On a :class:`Grassmann` data and results belong to the bases of the curve, ``curve(t)``; at the end this basis
-    /// differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S.T @ dS = 0``: the
+    /// differs from the given one by an orthogonal matrix. Derivatives of points are horizontal, ``S^H dS = 0``: the
     /// rotation of the bases themselves is left out. Vectors stay horizontal along the family, so that their
-    /// derivatives satisfy ``S.T @ dV = -dS.T @ V`` and are horizontal only if the point is fixed.
+    /// derivatives satisfy ``S^H dV = -dS^H V`` and are horizontal if the point is fixed.
     ///
     /// Parameters
     /// ----------

@@ -24,7 +24,7 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::distance;
 use crate::manifold::carrier::{Carrier, Direction};
-use crate::manifold::grassmann::joining::alignment;
+use crate::manifold::grassmann::alignment::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::space::{Kind, Quotient};
@@ -99,7 +99,6 @@ impl<'a> Ambient<'a> {
         let passage = Passage {
             tension: self.leg_tension(leg),
             accuracy: means.accuracy,
-            speed: means.speed,
             kind: self.kind,
             work: means.work,
             interrupt: self.interrupt,

@@ -5,7 +5,7 @@ use faer::MatRef;
 use crate::cubic::RiemannianCubic;
 use crate::curve::Curve;
 use crate::error::Result;
-use crate::manifold::grassmann::joining::alignment;
+use crate::manifold::grassmann::alignment::alignment;
 use crate::space::Quotient;
 
 /// Expresses each of several consecutive curves of subspaces in the basis that the previous one reaches; the first one

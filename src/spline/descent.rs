@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::linalg::structure::row_by_row;
-use crate::manifold::grassmann::joining::alignment;
+use crate::manifold::grassmann::alignment::alignment;
 use crate::shooting::{ChainKnots, Descent, Held, Layout, LeastCost, least_cost, products_of_step};
 use crate::space::{Quotient, in_space};
 

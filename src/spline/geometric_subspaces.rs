@@ -10,7 +10,7 @@ use super::piecewise::Piecewise;
 use crate::curve::{Curve, SubspacePolynomial};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::manifold::grassmann::joining::alignment;
+use crate::manifold::grassmann::alignment::alignment;
 use crate::report::SolverReport;
 use crate::space::Quotient;
 

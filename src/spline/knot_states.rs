@@ -9,7 +9,7 @@ use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::product::columns;
-use crate::manifold::grassmann::joining::alignment;
+use crate::manifold::grassmann::alignment::alignment;
 use crate::solve::gmres::dot;
 use crate::space::Quotient;
 use crate::threads::{self, scaled};

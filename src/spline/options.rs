@@ -65,17 +65,9 @@ impl SplineOptions<'_> {
         Kind { quotient, field }
     }
 
-    /// The work limit for a spline that is allowed at least this many trials.
-    pub(super) fn work(&self, trials: f64, trial: f64) -> Work {
-        self.with_allowance(Work::of_trials(trials, trial))
-    }
-
-    /// The work limit for frames that seem to be bases.
-    pub(super) fn work_of_bases(&self) -> Work {
-        self.with_allowance(Work::of_bases())
-    }
-
-    fn with_allowance(&self, work: Work) -> Work {
+    /// The work limit for a spline that is allowed at least this many trials; whether its knots seem to be mere bases.
+    pub(super) fn work(&self, trials: f64, trial: f64, are_bases: bool) -> Work {
+        let work = Work::of_trials(trials, trial, are_bases);
         work.allow(allowance(self.max_iterations, MAX_ITERATIONS));
         work
     }

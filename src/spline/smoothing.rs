@@ -36,7 +36,7 @@ use crate::cubic::{IntegrationOptions, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::manifold::only_bases::advised_knots;
+use crate::manifold::only_bases::advised_curve;
 use crate::manifold::{Grassmann, Stiefel};
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Quotient, ScalarField};
@@ -173,8 +173,8 @@ pub struct SmoothingSpline {
 /// * `weights` - one per datum, positive; all 1 if `None`
 /// # Errors
 /// `Shape` (also two points without `lambda`), `NonFinite`, `InvalidArgument` (decreasing times, weights, `lambda`);
-/// `NoConvergence` (with `NotMinimal` if some geodesic near the data is better than the curve found), in `OnlyBases` if
-/// the data look like mere bases; `Interrupted`;
+/// `NoConvergence` (with `NotMinimal` if some geodesic near the data is better than the curve found), which is in
+/// `OnlyBases` at a knot if most data look like mere bases; `Interrupted`;
 /// wrapped in `AtKnot`, with the index of the distinct time: `NotOrthonormal`, the errors of joining neighbours, and
 /// `LogNotFound` and similar errors if a datum is too far from the curve.
 pub fn smoothing_spline(
@@ -189,7 +189,7 @@ pub fn smoothing_spline(
     let grouped = Grouped::new(t, weights);
     let firsts: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
     let found = smoothed(&manifold, data, grouped, &firsts, options);
-    found.map_err(|error| advised_knots(error, options.quotient, &firsts))
+    found.map_err(|error| advised_curve(error, options.quotient, &firsts))
 }
 
 /// The spline of checked data, whose first points at each time are `firsts`.
@@ -416,10 +416,9 @@ fn solve<C: Movable>(
     options: &SmoothingOptions<'_>,
 ) -> Result<Solved> {
     let chain = through(points)?;
-    let work = match are_bases {
-        true => options.spline().work_of_bases(),
-        false => options.spline().work(TRIALS, work_of_balance(&chain)),
-    };
+    let work = options
+        .spline()
+        .work(TRIALS, work_of_balance(&chain), are_bases);
     let validation = Validation::new(&chain, data, &work)?;
     let lambda = match lambda {
         Some(lambda) => lambda,
@@ -461,6 +460,7 @@ fn solve<C: Movable>(
         (Err(error), _) if error.is_interrupted() => first,
         (Ok(solved), _) if solved.report.converged => first,
         (_, None) => first,
+        _ if are_bases => first,
         (_, Some(straight)) => {
             work.allow(BOTH_STARTS);
             match through(&straight.points).and_then(attempt) {

@@ -58,7 +58,7 @@ pub(super) fn in_frames(
 /// The work limit of a chain in few dimensions.
 pub(super) fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions<'_>) -> Work {
     let trial = chain.lengths().len() as f64 * chain.work_of_leg();
-    options.work(TRIALS_IN_FRAMES, trial)
+    options.work(TRIALS_IN_FRAMES, trial, false)
 }
 
 fn unsolved(effort: Effort<'_>) -> Solution {
@@ -83,10 +83,7 @@ pub(super) fn in_ambient(
     options: &SplineOptions<'_>,
 ) -> Result<Solution> {
     let trial = chain.lengths().len() as f64 * chain.work_of_leg();
-    let work = match are_bases {
-        true => options.work_of_bases(),
-        false => options.work(TRIALS, trial),
-    };
+    let work = options.work(TRIALS, trial, are_bases);
     let effort = Effort::new(options, &work);
     let first = chain.solve(ends, Start::Flat, effort)?;
     if are_bases || !low_cost::is_far(chain.longest()) {

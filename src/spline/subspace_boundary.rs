@@ -74,7 +74,7 @@ fn between_lines(data: Data<'_>, options: &BoundaryOptions<'_>) -> Result<Rieman
     let [y0, v0, y1, v1] = data;
     let opposite = [y1, v1].map(|x| -x);
     let [there, back] = [[y1, v1], opposite.each_ref().map(|x| x.as_ref())]
-        .map(|[y1, v1]| RiemannianCubic::from_boundary(y0, v0, y1, v1, options));
+        .map(|[y1, v1]| RiemannianCubic::between_frames([y0, v0, y1, v1], options));
     let cheapest = match (there, back) {
         (Ok(there), Ok(back)) if back.cost()? < there.cost()? => back,
         (Ok(there), _) => there,

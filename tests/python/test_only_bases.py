@@ -90,26 +90,47 @@ def test_what_the_hint_says_helps():
 
 
 def test_no_hint_for_frames_as_far_apart_as_their_subspaces():
-    S1 = np.eye(6, 2, -2)
-    for call in (lambda: Stiefel(6, 2).inverse_retract(S0, S1, kind="polar"),):
-        with pytest.raises(OutsideDomainError) as caught:
-            call()
-        assert "their spans" not in str(caught.value)
+    with pytest.raises(OutsideDomainError) as caught:
+        Stiefel(6, 2).inverse_retract(S0, np.eye(6, 2, -2), kind="polar")
+    assert "their spans" not in str(caught.value)
     # Rotations are no bases: their subspaces are all the same.
     with pytest.raises(OutsideDomainError) as caught:
         Stiefel(3, 3).log(np.eye(3), np.diag([1.0, -1.0, -1.0]))
     assert "their spans" not in str(caught.value)
 
 
-def test_solvable_frames_are_solved_although_they_look_like_bases():
-    # A frame that spins in its plane.
-    t = np.linspace(0.0, 4.0, 9)
-    angles = 1.5 * t
-    S = np.zeros((9, 20, 2))
+def spinning(n, k, count, angle, noise=0.02):
+    """Frames whose first two columns turn in their plane by about so much from one to the next, with noise."""
+    rng = np.random.default_rng(3)
+    M, angles = Stiefel(n, k), np.cumsum(angle * (1 + 0.1 * rng.standard_normal(count)))
+    S = np.zeros((count, n, k))
+    S[:, np.arange(k), np.arange(k)] = 1.0
     S[:, 0, 0], S[:, 0, 1] = np.cos(angles), -np.sin(angles)
     S[:, 1, 0], S[:, 1, 1] = np.sin(angles), np.cos(angles)
+    return M.retract(S, noise * M.random_tangent(S, rng))
+
+
+@pytest.mark.parametrize(("n", "k", "count"), [(3, 2, 100), (8, 2, 60), (60, 2, 12)])
+def test_frames_that_spin_are_solved_although_they_look_like_bases(n, k, count):
+    S = spinning(n, k, count, 1.2)
+    t = np.arange(float(count))
     spline = CubicSpline(t, S)
-    assert spline.cost() < 1e-20
+    np.testing.assert_allclose(spline(t), S, atol=1e-12)
+    smooth = SmoothingSpline(t, S, lam=0.1)
+    assert smooth.report.converged
+    assert 0 < smooth.cost() < spline.cost()
+
+
+def test_one_turned_pair_is_not_blamed_for_another_leg():
+    S = spinning(20, 2, 8, 0.1, noise=0.0)
+    # One pair is turned far; the ends of another leg are opposite.
+    turn = np.array([[np.cos(2.0), -np.sin(2.0)], [np.sin(2.0), np.cos(2.0)]])
+    S[2:] = S[2:] @ turn
+    S[6:] = 0
+    S[6:, 5, 0], S[6:, 6, 1] = 1.0, 1.0
+    with pytest.raises(ConvergenceError) as caught:
+        CubicSpline(np.arange(8.0), S, max_iterations=1)
+    assert "their spans" not in str(caught.value)
 
 
 def test_boundary_problem():

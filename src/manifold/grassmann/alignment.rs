@@ -31,10 +31,12 @@ const FAR: f64 = 0.25;
 const MODERATE: f64 = 0.1;
 
 /// Embedded complex bases with a cosine below this are decomposed as complex ones. Real singular vectors of cosines `c`
-/// are embedded only to `eps / c`: at two angles 1e-8 below `pi/2` logarithms were off by 2.4e-8.
+/// are embedded only to `eps / c`: at two angles 1e-8 below `pi/2` logarithms were off by 2.4e-8, at this bound they are by
+/// some 1e-13.
 const SMALL: f64 = 1e-3;
 
-/// Round-off in the products of embedded complex bases, relative to their number.
+/// Largest distance of a product of embedded complex bases from an embedded matrix, for each column: round-off of the
+/// sums, which may be added in another order in the two copies.
 const EMBEDDED: f64 = 16.0 * f64::EPSILON;
 
 /// Whether the matrix is an embedded complex one to round-off.
@@ -209,6 +211,28 @@ impl Alignment {
             _ => Ok(()),
         }
     }
+}
+
+/// The orthogonal matrix `Q` for which `Y1 Q` is the basis of its span nearest to `Y0`.
+///
+/// # Errors
+/// `Decomposition`.
+pub(crate) fn alignment(y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Mat<f64>> {
+    Ok(Alignment::new(y0, y1)?.function(|_| 1.0))
+}
+
+/// As [`alignment`], with the cosine of the largest principal angle.
+///
+/// # Errors
+/// `RightAngle` if that angle is pi/2 to working precision; `Decomposition`.
+pub(crate) fn unique_alignment(
+    y0: MatRef<'_, f64>,
+    y1: MatRef<'_, f64>,
+) -> Result<(Mat<f64>, f64)> {
+    let alignment = Alignment::new(y0, y1)?;
+    alignment.check_unique()?;
+    let least = alignment.cosines.iter().fold(1.0, |a: f64, b| a.min(*b));
+    Ok((alignment.function(|_| 1.0), least))
 }
 
 impl Grassmann {

@@ -2,32 +2,10 @@
 
 use faer::{Mat, MatRef};
 
-use super::alignment::Alignment;
+use super::alignment::unique_alignment;
 use crate::error::Result;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::{Departure, EndpointProblem};
-
-/// The orthogonal matrix `Q` for which `Y1 Q` is the basis of its span nearest to `Y0`.
-///
-/// # Errors
-/// `Decomposition`.
-pub(crate) fn alignment(y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Mat<f64>> {
-    Ok(Alignment::new(y0, y1)?.function(|_| 1.0))
-}
-
-/// As [`alignment`], with the cosine of the largest principal angle.
-///
-/// # Errors
-/// `RightAngle` if that angle is pi/2 to working precision; `Decomposition`.
-pub(crate) fn unique_alignment(
-    y0: MatRef<'_, f64>,
-    y1: MatRef<'_, f64>,
-) -> Result<(Mat<f64>, f64)> {
-    let alignment = Alignment::new(y0, y1)?;
-    alignment.check_unique()?;
-    let least = alignment.cosines.iter().fold(1.0, |a: f64, b| a.min(*b));
-    Ok((alignment.function(|_| 1.0), least))
-}
 
 /// The geodesic `e^{tX} Y0` from the span of one basis to the span of another, and the orthogonal matrix `R` with `e^X
 /// Y0 R = Y1`.
