@@ -413,12 +413,19 @@ impl Error {
         }
     }
 
-    /// The report of the solver or integration that failed, if the error is about one.
-    pub fn report(&self) -> Option<&SolverReport> {
+    /// The error itself, without the knot, the control points or the hint around it.
+    pub fn cause(&self) -> &Error {
         match self {
             Error::AtKnot { source, .. }
             | Error::ControlPoints { source }
-            | Error::OnlyBases { source, .. } => source.report(),
+            | Error::OnlyBases { source, .. } => source.cause(),
+            error => error,
+        }
+    }
+
+    /// The report of the solver or integration that failed, if the error is about one.
+    pub fn report(&self) -> Option<&SolverReport> {
+        match self.cause() {
             Error::NoConvergence { report, .. } | Error::TooManySteps { report, .. } => {
                 Some(report)
             }
@@ -432,10 +439,7 @@ impl Error {
 
     /// The angle that is outside a domain, in radians, if the error is about an angle.
     pub fn angle(&self) -> Option<f64> {
-        match self {
-            Error::AtKnot { source, .. }
-            | Error::ControlPoints { source }
-            | Error::OnlyBases { source, .. } => source.angle(),
+        match self.cause() {
             Error::OutsideLogDomain { angle }
             | Error::NoJoiningCurve { angle }
             | Error::RightAngle { angle } => Some(*angle),

@@ -420,7 +420,7 @@ fn bad_input_is_a_typed_error() {
     // The antipode: a rotation by pi in the plane of the two columns, in either direction.
     let error = call(&s, &(&s * Scale(-1.0)));
     assert!(
-        matches!(error, Error::NoJoiningCurve { angle } if (angle - PI).abs() < 1e-12),
+        matches!(error.cause(), Error::NoJoiningCurve { angle } if (angle - PI).abs() < 1e-12),
         "{error}"
     );
 }

@@ -12,11 +12,11 @@ use crate::space::Quotient;
 const FAR: f64 = 1.0;
 
 /// The Frobenius distances of two frames, and of the nearest bases of their spans; `None` unless the frames look like
-/// mere bases.
+/// mere bases. Unit vectors and square matrices never do: the first are points of a sphere, the second span everything.
 fn apart(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Option<[f64; 2]> {
     let (n, k) = s0.shape();
     let frames = distance(s0, s1);
-    if n == k || frames <= FAR * (k as f64).sqrt() {
+    if k == 1 || n == k || frames <= FAR * (k as f64).sqrt() {
         return None;
     }
     let (turn, _) = unique_alignment(s0, s1).ok()?;

@@ -215,13 +215,7 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         message = message.replacen(name, "tol", 1);
     }
     // The exception class depends on the innermost cause, wherever it occurred.
-    let mut cause = error;
-    while let Error::AtKnot { source, .. }
-    | Error::ControlPoints { source }
-    | Error::OnlyBases { source, .. } = cause
-    {
-        cause = source;
-    }
+    let cause = error.cause();
     match cause {
         Error::NotOrthonormal { defect, .. } => {
             let advice = match *defect <= PROJECTED {

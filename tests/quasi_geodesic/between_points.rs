@@ -207,7 +207,10 @@ fn between_refuses_antipodal_points() {
     negate_column(&mut opposite, 1);
     let error = QuasiGeodesic::between(s.as_ref(), opposite.as_ref()).err();
     assert!(
-        matches!(error, Some(Error::NoJoiningCurve { .. })),
+        matches!(
+            error.as_ref().map(Error::cause),
+            Some(Error::NoJoiningCurve { .. })
+        ),
         "{error:?}"
     );
 }
@@ -220,7 +223,10 @@ fn between_refuses_a_rotation_with_eigenvalue_minus_one() {
         let s1 = &s0 * rotation_with_angles(&[PI], k, &mut rng);
         let error = QuasiGeodesic::between(s0.as_ref(), s1.as_ref()).err();
         assert!(
-            matches!(error, Some(Error::OutsideLogDomain { .. })),
+            matches!(
+                error.as_ref().map(Error::cause),
+                Some(Error::OutsideLogDomain { .. })
+            ),
             "({n}, {k}): {error:?}"
         );
     }
