@@ -121,9 +121,9 @@ fn splines() {
 
 #[test]
 fn boundary_problem() {
-    let points = turned(30, 8, 2);
+    let points = turned(20, 3, 2);
     let [s0, s1] = [points[0].as_ref(), points[1].as_ref()];
-    let rest = Mat::zeros(30, 8);
+    let rest = Mat::zeros(20, 3);
     let options = BoundaryOptions {
         max_iterations: 1,
         ..BoundaryOptions::default()
