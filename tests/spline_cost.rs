@@ -127,12 +127,12 @@ fn times(count: usize) -> Vec<f64> {
 
 /// The report of a problem that reached the work limit.
 fn refusal<T>(found: Result<T, Error>, name: &str) -> SolverReport {
-    match found {
-        Err(Error::NoConvergence { report, .. }) => {
-            assert_eq!(report.reason, StopReason::WorkLimit, "{name}: {report}");
-            report
-        }
-        Err(error) => panic!("{name}: {error}"),
-        Ok(_) => panic!("{name}: solved"),
-    }
+    let Err(error) = found else {
+        panic!("{name}: solved");
+    };
+    let Some(report) = error.report() else {
+        panic!("{name}: {error}");
+    };
+    assert_eq!(report.reason, StopReason::WorkLimit, "{name}: {report}");
+    *report
 }
