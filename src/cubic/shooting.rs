@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
 use crate::linalg::dual::{Dual, jacobian};
+use crate::manifold::only_bases::Appearance;
 use crate::report::{SolverReport, StopReason};
 use crate::shooting::StartResponse;
 use crate::solve::gmres::Gmres;
@@ -96,7 +97,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         Shooting {
             blocks,
             target: target.clone(),
-            work: Work::of_trials(TRIALS, work_of_curve(blocks), false),
+            work: Work::of_trials(TRIALS, work_of_curve(blocks), Appearance::Usual),
             plain: March::new(blocks, Accuracy::FULL),
             several: None,
             single: None,

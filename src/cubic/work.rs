@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::blocks::{Blocks, Sized};
+use crate::manifold::only_bases::Appearance;
 
 /// Work limit of a problem, about a second.
 const MAX_WORK: f64 = 5.5e7;
@@ -11,10 +12,9 @@ const MAX_WORK: f64 = 5.5e7;
 /// reduced models on St(200, 6) was not solved with 100.
 pub(crate) const TRIALS: f64 = 120.0;
 
-/// The same for frames that seem to be bases: splines and smoothing splines through 5 or 6 of them, of shapes (6, 3) to
-/// (200, 3) and turned at random, are refused after at most 2.0 s. With the usual limit they are refused after up to 5 s,
-/// and 3 of 36 smoothing splines more are found.
-const WORK_OF_BASES: f64 = 1.65e7;
+/// The part of a limit that is left if frames seem to be bases, for which the answer is wanted soon. With the whole limit,
+/// 3 of 36 smoothing splines through 5 to 20 bases that are turned at random are found that are not found with this part.
+const OF_BASES: f64 = 0.3;
 
 /// Typical number of Taylor steps of a curve from one end to the other.
 const STEPS: f64 = 10.0;
@@ -55,13 +55,15 @@ pub(crate) struct Work {
 }
 
 impl Work {
-    /// No work done yet, for a problem that is allowed at least `trials` trials; between frames that seem to be bases
-    /// the answer is wanted soon.
-    pub(crate) fn of_trials(trials: f64, trial: f64, are_bases: bool) -> Self {
-        let least = if are_bases { WORK_OF_BASES } else { MAX_WORK };
+    /// No work done yet, for a problem that is allowed at least `trials` trials.
+    pub(crate) fn of_trials(trials: f64, trial: f64, points: Appearance) -> Self {
+        let share = match points {
+            Appearance::Usual => 1.0,
+            Appearance::Bases => OF_BASES,
+        };
         Work {
             done: AtomicU64::new(0),
-            limit: AtomicU64::new(least.max(trials * trial) as u64),
+            limit: AtomicU64::new((share * MAX_WORK.max(trials * trial)) as u64),
         }
     }
 

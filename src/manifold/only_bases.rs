@@ -1,6 +1,6 @@
 //! Frames that are far apart only because their columns are rotated: bases of nearby subspaces.
 
-use faer::MatRef;
+use faer::{Mat, MatRef};
 
 use super::grassmann::alignment::unique_alignment;
 use crate::error::Error;
@@ -24,9 +24,27 @@ fn apart(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Option<[f64; 2]> {
     (2.0 * subspaces < frames).then_some([frames, subspaces])
 }
 
+/// What consecutive points seem to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Appearance {
+    /// Frames, or subspaces that are meant as such.
+    Usual,
+    /// Frames that are mere bases.
+    Bases,
+}
+
+/// What points with a given meaning seem to be.
+pub(crate) fn appearance(quotient: Quotient, points: &[Mat<f64>]) -> Appearance {
+    let points: Vec<MatRef<'_, f64>> = points.iter().map(Mat::as_ref).collect();
+    match quotient {
+        Quotient::Frames if first_of_many(&points).is_some() => Appearance::Bases,
+        Quotient::Frames | Quotient::Subspaces => Appearance::Usual,
+    }
+}
+
 /// The index of the first of several points that looks like a mere basis beside the next one, if more than half of them
 /// do.
-pub(crate) fn first_of_many(points: &[MatRef<'_, f64>]) -> Option<usize> {
+fn first_of_many(points: &[MatRef<'_, f64>]) -> Option<usize> {
     let pairs = points.windows(2).enumerate();
     let turned = pairs.filter(|(_, pair)| apart(pair[0], pair[1]).is_some());
     let turned: Vec<usize> = turned.map(|(knot, _)| knot).collect();

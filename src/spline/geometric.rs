@@ -73,7 +73,7 @@ const MAX_HALVINGS: i32 = 10;
 /// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `NoConvergence`,
 /// `Interrupted`; wrapped in `AtKnot`: `NotOrthonormal`, `NotTangent`, `NoJoiningCurve`, `OutsideLogDomain` and
 /// `DifferentComponents` (no curve leads to the next point), and the errors of [`GeometricCubic::from_boundary`] if a
-/// piece is too long or too fast.
+/// piece is too long or too fast. Errors about distance are in `OnlyBases` if the points look like mere bases.
 pub fn geometric_spline(
     t: &[f64],
     points: &[MatRef<'_, f64>],

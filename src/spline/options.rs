@@ -2,6 +2,7 @@
 
 use crate::cubic::work::{Work, allowance};
 use crate::interrupt::Interrupt;
+use crate::manifold::only_bases::Appearance;
 use crate::space::{Kind, Quotient, ScalarField};
 
 /// Default limit of steps.
@@ -65,9 +66,9 @@ impl SplineOptions<'_> {
         Kind { quotient, field }
     }
 
-    /// The work limit for a spline that is allowed at least this many trials; whether its knots seem to be mere bases.
-    pub(super) fn work(&self, trials: f64, trial: f64, are_bases: bool) -> Work {
-        let work = Work::of_trials(trials, trial, are_bases);
+    /// The work limit for a spline between points of the given appearance that is allowed at least this many trials.
+    pub(super) fn work(&self, trials: f64, trial: f64, points: Appearance) -> Work {
+        let work = Work::of_trials(trials, trial, points);
         work.allow(allowance(self.max_iterations, MAX_ITERATIONS));
         work
     }

@@ -12,7 +12,6 @@ use crate::error::Result;
 use crate::linalg::complex_embedding::{embed, nearest};
 use crate::linalg::product::{mul_add, mul_into};
 use crate::manifold::grassmann::alignment::alignment;
-use crate::manifold::only_bases;
 use crate::manifold::tangent::tangent_part;
 use crate::space::{Kind, Quotient, ScalarField};
 
@@ -81,12 +80,6 @@ impl ReducedKnots {
     /// The meaning of the points: frames or subspaces.
     pub(super) fn quotient(&self) -> Quotient {
         self.kind.quotient
-    }
-
-    /// Whether most frames are far from the next one only because their columns are rotated.
-    pub(super) fn are_bases(&self) -> bool {
-        let points: Vec<_> = self.points.iter().map(Mat::as_ref).collect();
-        self.quotient() == Quotient::Frames && only_bases::first_of_many(&points).is_some()
     }
 
     /// Makes the last point exactly equal to the first one.

@@ -21,7 +21,7 @@ use crate::cubic::tension::{check_leg_tension, check_tension};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::legs::Curves;
-use crate::manifold::only_bases::advised_knots;
+use crate::manifold::only_bases::{advised_knots, appearance};
 use crate::report::{SolverReport, StopReason};
 
 /// The spline of Riemannian cubics through points, with continuous velocity and covariant acceleration.
@@ -173,7 +173,8 @@ impl<'e> Problem<'e> {
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
         let chain = Ambient::new(options.kind(), points, lengths, options.interrupt)?;
         let chain = chain.in_tension(self.tension);
-        let solution = solve::in_ambient(&chain, &ends, self.knots.are_bases(), options)?;
+        let seem = appearance(self.knots.quotient(), &self.knots.points);
+        let solution = solve::in_ambient(&chain, &ends, seem, options)?;
         finished(&chain, solution, &self.knots.space(), options.interrupt)
     }
 }

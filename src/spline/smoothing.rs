@@ -36,7 +36,7 @@ use crate::cubic::{IntegrationOptions, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::manifold::only_bases::advised_curve;
+use crate::manifold::only_bases::{Appearance, advised_curve, appearance};
 use crate::manifold::{Grassmann, Stiefel};
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Quotient, ScalarField};
@@ -224,36 +224,19 @@ fn smoothed(
         .lambda
         .map(|lambda| lambda / knots.unit / knots.unit / knots.unit / heaviest);
     let (space, interrupt) = (knots.space(), options.interrupt);
-    let are_bases = knots.are_bases();
     let solved = if knots.is_small() {
         let through = |points: &[Mat<f64>]| {
             let frames = frames(kind, points)?.into();
             let (columns, lengths) = (points[0].ncols(), knots.lengths.clone());
             Framed::new(kind, frames, columns, lengths, interrupt)
         };
-        solve(
-            through,
-            &knots.points,
-            &data,
-            given,
-            &space,
-            are_bases,
-            options,
-        )?
+        solve(through, &knots.points, &data, given, &space, options)?
     } else {
         let through = |points: &[Mat<f64>]| {
             let (points, lengths) = (points.to_vec(), knots.lengths.clone());
             Ambient::new(kind, points, lengths, interrupt)
         };
-        solve(
-            through,
-            &knots.points,
-            &data,
-            given,
-            &space,
-            are_bases,
-            options,
-        )?
+        solve(through, &knots.points, &data, given, &space, options)?
     };
     let report = solved.report;
     if !report.converged {
@@ -412,13 +395,10 @@ fn solve<C: Movable>(
     data: &Data,
     lambda: Option<f64>,
     space: &Space,
-    are_bases: bool,
     options: &SmoothingOptions<'_>,
 ) -> Result<Solved> {
-    let chain = through(points)?;
-    let work = options
-        .spline()
-        .work(TRIALS, work_of_balance(&chain), are_bases);
+    let (chain, seem) = (through(points)?, appearance(options.quotient, points));
+    let work = options.spline().work(TRIALS, work_of_balance(&chain), seem);
     let validation = Validation::new(&chain, data, &work)?;
     let lambda = match lambda {
         Some(lambda) => lambda,
@@ -460,7 +440,7 @@ fn solve<C: Movable>(
         (Err(error), _) if error.is_interrupted() => first,
         (Ok(solved), _) if solved.report.converged => first,
         (_, None) => first,
-        _ if are_bases => first,
+        _ if seem == Appearance::Bases => first,
         (_, Some(straight)) => {
             work.allow(BOTH_STARTS);
             match through(&straight.points).and_then(attempt) {

@@ -10,6 +10,7 @@ use super::options::SplineOptions;
 use super::solvable::{Effort, Solution, Solvable, Start, unless_interrupted};
 use crate::cubic::work::{TRIALS, Work};
 use crate::error::Result;
+use crate::manifold::only_bases::Appearance;
 use crate::report::{SolverReport, StopReason};
 
 /// Minimal number of trials allowed for many knots in few dimensions. With 60, a spline through 40 points of St(20,5)
@@ -58,7 +59,7 @@ pub(super) fn in_frames(
 /// The work limit of a chain in few dimensions.
 pub(super) fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions<'_>) -> Work {
     let trial = chain.lengths().len() as f64 * chain.work_of_leg();
-    options.work(TRIALS_IN_FRAMES, trial, false)
+    options.work(TRIALS_IN_FRAMES, trial, Appearance::Usual)
 }
 
 fn unsolved(effort: Effort<'_>) -> Solution {
@@ -79,14 +80,14 @@ fn unsolved(effort: Effort<'_>) -> Solution {
 pub(super) fn in_ambient(
     chain: &Ambient<'_>,
     ends: &Ends,
-    are_bases: bool,
+    points: Appearance,
     options: &SplineOptions<'_>,
 ) -> Result<Solution> {
     let trial = chain.lengths().len() as f64 * chain.work_of_leg();
-    let work = options.work(TRIALS, trial, are_bases);
+    let work = options.work(TRIALS, trial, points);
     let effort = Effort::new(options, &work);
     let first = chain.solve(ends, Start::Flat, effort)?;
-    if are_bases || !low_cost::is_far(chain.longest()) {
+    if points == Appearance::Bases || !low_cost::is_far(chain.longest()) {
         return Ok(first);
     }
     work.allow(FURTHER);
