@@ -207,6 +207,14 @@ const EXTRAPOLATION: &str = "extrapolate=True continues the curve";
 /// Advice for a rejected vector.
 const VECTOR_ADVICE: &str = "; `project_tangent` gives the tangent part";
 
+/// Whether an error about two neighbours suggests another knot between them: not for mere bases.
+fn is_cured_by_a_knot(error: &Error) -> bool {
+    match error {
+        Error::AtKnot { source, .. } => !matches!(**source, Error::OnlyBases { .. }),
+        _ => false,
+    }
+}
+
 fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     let mut message = error.to_string();
     let name = "tolerance";
@@ -227,8 +235,7 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         Error::InvalidArgument { name: "t", .. } => {
             message = message.replacen("or enable extrapolation", EXTRAPOLATION, 1);
         }
-        Error::OutsideLogDomain { .. } | Error::RightAngle { .. } if matches!(error, Error::AtKnot { source, .. } if !matches!(**source, Error::OnlyBases { .. })) =>
-        {
+        Error::OutsideLogDomain { .. } | Error::RightAngle { .. } if is_cured_by_a_knot(error) => {
             message.push_str("; add a knot between them");
         }
         Error::NotTangent { .. } | Error::NotHorizontal { .. } => message.push_str(VECTOR_ADVICE),

@@ -110,13 +110,13 @@ pub(super) fn solved<'a>(
     check_ends(quotient, points, ends)?;
     let mut problem = Problem::new(quotient, t, points, ends, options.interrupt)?;
     let (velocities, report) = problem.solve(options.tolerance, options.max_iterations)?;
-    match report.converged {
-        true => Ok((problem, velocities, report)),
-        false => Err(Error::NoConvergence {
+    if !report.converged {
+        return Err(Error::NoConvergence {
             solver: SOLVER,
             report,
-        }),
+        });
     }
+    Ok((problem, velocities, report))
 }
 
 /// The equations, in the coordinates of the span of the data and in units of the mean length of a leg.

@@ -33,8 +33,9 @@ use crate::report::{SolverReport, StopReason};
 /// * `t` - increasing times; `points` - one per time, shape `(n, k)`
 /// # Errors
 /// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `NoConvergence`, which
-/// is in `OnlyBases` at a knot if most points look like mere bases; `Interrupted`; wrapped in `AtKnot`: `NotOrthonormal`, `NotTangent`, `NoJoiningCurve`, `OutsideLogDomain` and
-/// `DifferentComponents` (no curve leads to the next point).
+/// is in `OnlyBases` at a knot if most points look like mere bases; `Interrupted`; wrapped in `AtKnot`:
+/// `NotOrthonormal`, `NotTangent`, `NoJoiningCurve`, `OutsideLogDomain` and `DifferentComponents` (no curve leads to the
+/// next point).
 pub fn cubic_spline(
     t: &[f64],
     points: &[MatRef<'_, f64>],
