@@ -1,8 +1,5 @@
 //! Many boundary value problems of the same shape.
 
-use faer::{Mat, MatRef};
-use rayon::prelude::*;
-
 use super::boundary::BoundaryOptions;
 use super::few_dimensions::{STEPS, end_data};
 use super::from_boundary;
@@ -14,6 +11,8 @@ use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::linalg::lanes::LANES;
 use crate::shooting::{EndData, LoneLeg, lone_legs};
+use crate::threads::{self, LONG};
+use faer::{Mat, MatRef};
 
 /// Problems per task of the thread pool.
 const TASK: usize = 64;
@@ -83,10 +82,8 @@ pub fn solve_boundary(
     options: &BoundaryOptions<'_>,
 ) -> Result<Vec<Result<BoundarySolution>>> {
     options.check()?;
-    let tasks = problems
-        .par_chunks(TASK)
-        .map(|task| solve_task(task, options));
-    let found: Vec<Vec<Result<BoundarySolution>>> = tasks.collect::<Result<_>>()?;
+    let tasks = problems.chunks(TASK);
+    let found = threads::map_parts(tasks, LONG, || (), |(), _, task| solve_task(task, options))?;
     Ok(found.into_iter().flatten().collect())
 }
 

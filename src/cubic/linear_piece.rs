@@ -7,7 +7,6 @@
 use std::sync::Arc;
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use super::blocks::{Blocks, Sized};
 use super::linear_layout::Layout;
@@ -20,7 +19,7 @@ use crate::linalg::field::{accumulate, add};
 use crate::linalg::lanes::LANES;
 use crate::linalg::product::{columns, columns_mut, mul_add, mul_into};
 use crate::shooting::{LinearCurve, Part, linearise, linearise_all};
-use crate::threads::is_alone;
+use crate::threads;
 
 /// Microseconds of up to eight cubics of rotations; 940 on St(4,2).
 const GROUP: f64 = 100.0;
@@ -98,7 +97,7 @@ impl LinearPiece {
                 _ => groups.push(vec![(index, start)]),
             }
         }
-        let linear = |group: Vec<(usize, Start)>| {
+        let linear = |(): &mut (), _, group: &mut Vec<(usize, Start)>| {
             let layout = Layout::of(group[0].1.blocks, group[0].1.has_rows());
             let vectors = group
                 .iter()
@@ -106,15 +105,12 @@ impl LinearPiece {
                 .collect();
             let tensions: Vec<f64> = group.iter().map(|(_, start)| start.tension).collect();
             let curves = linearise_all(layout.shape, vectors, &tensions, interrupt)?;
-            let pieces = group.into_iter().zip(curves);
+            let pieces = group.drain(..).zip(curves);
             let piece = |((index, start), curve)| (index, Self::of_curve(start, &layout, curve));
-            Ok(pieces.map(piece).collect())
+            Ok(pieces.map(piece).collect::<Vec<_>>())
         };
-        let found: Result<Vec<Vec<(usize, Self)>>> = match is_alone(groups.len(), GROUP) {
-            true => groups.into_iter().map(linear).collect(),
-            false => groups.into_par_iter().map(linear).collect(),
-        };
-        let mut pieces: Vec<(usize, Self)> = found?.into_iter().flatten().collect();
+        let found = threads::map_parts(groups.into_iter(), GROUP, || (), linear)?;
+        let mut pieces: Vec<(usize, Self)> = found.into_iter().flatten().collect();
         pieces.sort_unstable_by_key(|(index, _)| *index);
         Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
     }

@@ -1,13 +1,12 @@
 //! The length of a curve from its speed, by quadrature on panels that are halved until they are accurate.
 
-use rayon::prelude::*;
-
 use super::gauss_legendre::{PANEL, POINTS};
 use super::length_inverse::{Part, VALUES};
 use super::norms::{Evaluation, Norms};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
+use crate::threads::{self, LONG};
 
 const SOLVER: &str = "arc length quadrature";
 
@@ -304,8 +303,8 @@ impl Length {
         if lengths.len() <= LENGTHS {
             return some((lengths, &panels));
         }
-        let blocks = lengths.par_chunks(LENGTHS).zip(panels.par_chunks(LENGTHS));
-        let found: Vec<Vec<f64>> = blocks.map(some).collect::<Result<_>>()?;
+        let blocks = lengths.chunks(LENGTHS).zip(panels.chunks(LENGTHS));
+        let found = threads::map_parts(blocks, LONG, || (), |(), _, block| some(*block))?;
         Ok(found.into_iter().flatten().collect())
     }
 
@@ -388,7 +387,8 @@ fn in_blocks<T: Sync, R: Send, F: Evaluation>(
     if items.len() <= BLOCK {
         return block(items);
     }
-    let parts: Vec<Vec<R>> = items.par_chunks(BLOCK).map(block).collect::<Result<_>>()?;
+    let blocks = items.chunks(BLOCK);
+    let parts = threads::map_parts(blocks, LONG, || (), |(), _, items| block(items))?;
     Ok(parts.into_iter().flatten().collect())
 }
 

@@ -3,13 +3,13 @@
 
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
-use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::ORDER;
 use crate::linalg::product::mul_into;
 use crate::linalg::structure::{check_finite_scalar, check_range};
+use crate::threads::{self, LONG};
 
 /// Parameters per block: enough for an efficient product, few enough to balance the load.
 const BLOCK: usize = 64;
@@ -209,9 +209,11 @@ where
     if t.len() <= BLOCK {
         return block(&mut make(), (out, t));
     }
-    out.par_chunks_mut(rows * k * BLOCK)
-        .zip(t.par_chunks(BLOCK))
-        .try_for_each_init(&make, block)
+    let blocks = out.chunks_mut(rows * k * BLOCK).zip(t.chunks(BLOCK));
+    threads::map_parts(blocks, LONG, make, |write, _, (out, t)| {
+        block(write, (out, t))
+    })?;
+    Ok(())
 }
 
 /// Writes the values of a block: coordinates, via `low`, and their lift.

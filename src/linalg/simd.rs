@@ -1,6 +1,8 @@
 //! Loops compiled for the vector instructions detected at run time.
 
-use rayon::prelude::*;
+use std::convert::Infallible;
+
+use crate::threads::{self, LONG};
 
 /// Number of groups per task of the thread pool, and total number up to which the pool is not used.
 const TASK: usize = 8;
@@ -66,8 +68,16 @@ pub(crate) fn each<W: Width, A: Send, B: Clone + Send + Sync>(
         return task::<W, A, B>(items, buffers, 0, &work);
     }
     let buffers = &*buffers;
-    let tasks = items.par_chunks_mut(TASK).enumerate();
-    tasks.for_each(|(i, items)| task::<W, A, B>(items, &mut buffers.clone(), TASK * i, &work));
+    let tasks = items.chunks_mut(TASK);
+    let Ok(_) = threads::map_parts(
+        tasks,
+        LONG,
+        || buffers.clone(),
+        |buffers, i, items| {
+            task::<W, A, B>(items, buffers, TASK * i, &work);
+            Ok::<_, Infallible>(())
+        },
+    );
 }
 
 /// Runs `work` on consecutive items, starting at index `first`. Not inlined, so that every kernel is compiled only once

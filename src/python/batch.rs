@@ -1,11 +1,11 @@
 //! Batches: arrays whose last axes hold one member each, and functions applied to every member.
 
 use numpy::{Complex64, PyArrayDescrMethods};
-use rayon::prelude::*;
 
 use super::convert::entries;
 use super::prelude::*;
 use crate::linalg::complex_embedding::embed_into;
+use crate::threads::{self, LONG};
 
 /// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row. Complex
 /// matrices are embedded.
@@ -93,10 +93,14 @@ impl Batch {
         (0..self.len()).map(|i| self.get(i)).collect()
     }
 
-    /// All members as mutable slices.
-    pub fn members_mut(&mut self) -> rayon::slice::ChunksMut<'_, f64> {
-        let size = self.rows * self.cols;
-        self.entries.par_chunks_mut(size.max(1))
+    /// Changes every member by `one`, in blocks of so many members.
+    pub fn change(
+        &mut self,
+        block: usize,
+        one: impl Fn(usize, &mut [f64]) -> Result<()> + Sync,
+    ) -> std::result::Result<(), Failure> {
+        let size = (self.rows * self.cols).max(1);
+        in_blocks(&mut self.entries, [size, block], &one)
     }
 
     /// The `i`-th member as a slice.
@@ -222,6 +226,9 @@ impl Value for () {
     fn put(&self, _: &mut [f64]) {}
 }
 
+/// The index of a member and its error.
+pub type Failure = (usize, Error);
+
 /// A function of one member of several batches, which writes its value.
 type Member = dyn Fn(&[Batch], usize, &mut [f64], Interrupt<'_>) -> Result<()> + Send + Sync;
 
@@ -258,7 +265,7 @@ fn map_members(
         return Err(PyMemoryError::new_err(message));
     };
     let call = call.distributed(distributed);
-    let (failure, entries) = call.run_any(move |interrupt| {
+    let (done, entries) = call.run_any(move |interrupt| {
         // Filled where it can be interrupted: the first access to gigabytes takes seconds.
         out.resize(total, 0.0);
         let one = |i: usize, target: &mut [f64]| {
@@ -270,27 +277,37 @@ fn map_members(
                 false => Err(Error::Overflow { quantity: "result" }),
             }
         };
-        let failure = |i: usize, target: &mut [f64]| Some((i, one(i, target).err()?));
-        let block_of = |(b, targets): (usize, &mut [f64])| {
-            let mut members = targets.chunks_mut(size).enumerate();
-            members.find_map(|(i, target)| failure(b * block + i, target))
-        };
         // Visits every member even if the result is empty.
-        let failure = if size == 0 {
-            (0..len).find_map(|i| failure(i, &mut []))
-        } else if distributed {
-            let blocks = out.par_chunks_mut(size * block).enumerate();
-            blocks.filter_map(block_of).min_by_key(|(i, _)| *i)
-        } else {
-            block_of((0, &mut out))
+        let done = match size {
+            0 => (0..len).try_for_each(|i| one(i, &mut []).map_err(|error| (i, error))),
+            _ if distributed => in_blocks(&mut out, [size, block], &one),
+            _ => in_blocks(&mut out, [size, len], &one),
         };
-        (failure, out)
+        (done, out)
     })?;
-    match failure {
-        Some((i, error)) => Err(at_member(&call.explained(error), i, &lead)),
-        None => Ok(Array {
+    match done {
+        Err((i, error)) => Err(at_member(&call.explained(error), i, &lead)),
+        Ok(()) => Ok(Array {
             shape: [&lead, core].concat(),
             entries,
         }),
     }
+}
+
+/// Calls `one` for every member of a size, in blocks of so many members, which are distributed among threads.
+fn in_blocks(
+    entries: &mut [f64],
+    [size, block]: [usize; 2],
+    one: &(dyn Fn(usize, &mut [f64]) -> Result<()> + Sync),
+) -> std::result::Result<(), Failure> {
+    let blocks = entries.chunks_mut(size * block);
+    let of_block = |(): &mut (), b: usize, members: &mut &mut [f64]| {
+        for (i, member) in members.chunks_mut(size).enumerate() {
+            let i = b * block + i;
+            one(i, member).map_err(|error| (i, error))?;
+        }
+        Ok(())
+    };
+    threads::map_parts(blocks, LONG, || (), of_block)?;
+    Ok(())
 }

@@ -1,6 +1,7 @@
 //! Boundary problems of Riemannian cubics in batches, in Python.
 
 use super::array_namespace::Namespace;
+use super::batch::Failure;
 use super::points::Points;
 use super::prelude::*;
 use crate::cubic::problem::check_data;
@@ -173,9 +174,6 @@ fn is_complex(solution: &BoundarySolution) -> bool {
     let parts = [&solution.acceleration, &solution.jerk];
     parts.iter().all(|part| restrict(part.as_ref()).is_ok())
 }
-
-/// The first invalid problem and its error.
-type Failure = (usize, Error);
 
 fn solutions(
     batches: &[Batch; 4],

@@ -4,8 +4,7 @@
 //! The letters of arguments tell their role: S, Y and P are points; U, V, W, A and J tangent vectors at the point named
 //! before them; all others are arbitrary matrices.
 
-use rayon::prelude::*;
-
+use super::batch::Failure;
 use super::prelude::*;
 use crate::linalg::structure::{check_finite, norm};
 use crate::manifold::Stiefel;
@@ -67,9 +66,6 @@ pub(super) fn role(name: &'static str) -> (Role, &'static str) {
 
 /// The exception for an error of a member of a batch with the given leading axes.
 type Place = fn(&Error, usize, &[usize]) -> PyErr;
-
-/// The error of a member.
-type Failure = (usize, Error);
 
 /// Members that a thread processes at once.
 const TOGETHER: usize = 64;
@@ -211,23 +207,13 @@ impl Batch {
         member: impl Fn(usize, MatRef<'_, f64>) -> Result<Option<Mat<f64>>> + Sync,
     ) -> std::result::Result<(), Failure> {
         let (rows, cols) = (self.rows, self.cols);
-        let one = |(i, row): (usize, &mut [f64])| {
-            let matrix = MatRef::from_row_major_slice(row, rows, cols);
-            let replaced = interrupt
-                .check("projection")
-                .and_then(|()| member(i, matrix));
-            match replaced {
-                Ok(None) => None,
-                Ok(Some(matrix)) => {
-                    write(matrix.as_ref(), row);
-                    None
-                }
-                Err(error) => Some((i, error)),
+        self.change(TOGETHER, |i, row| {
+            interrupt.check("projection")?;
+            if let Some(matrix) = member(i, MatRef::from_row_major_slice(row, rows, cols))? {
+                write(matrix.as_ref(), row);
             }
-        };
-        let members = self.members_mut().with_min_len(TOGETHER).enumerate();
-        let failure = members.filter_map(one).min_by_key(|(i, _)| *i);
-        failure.map_or(Ok(()), Err)
+            Ok(())
+        })
     }
 }
 

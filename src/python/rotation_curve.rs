@@ -2,7 +2,6 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use pyo3::sync::PyOnceLock;
-use rayon::prelude::*;
 
 use super::knots::{BcType, Ends, times};
 use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Spline};
@@ -11,6 +10,7 @@ use super::spline::PyCubicSpline;
 use crate::linalg::simd::ON_ONE_THREAD;
 use crate::rotation::{RotationSpline, frame, tangent};
 use crate::spline::SplineOptions;
+use crate::threads::{self, LONG};
 
 /// Curve of rotations as unit quaternions: the form that :class:`RotationSpline` evaluates.
 ///
@@ -213,24 +213,21 @@ impl PyRotationCurve {
         let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?.distributed(true);
         let found = call.run(move |interrupt| {
             let options = how.options(interrupt);
-            let one = |member: usize| {
+            let one = |(): &mut (), member: usize| {
                 let t = match is_shared {
                     true => &t[..],
                     false => &t[member * knots..][..knots],
                 };
                 let rotations = &rotations[member * knots..][..knots];
-                RotationSpline::with_conditions(t, rotations, &conditions[member], &options)
-            };
-            let all: Vec<Result<RotationSpline>> = (0..members).into_par_iter().map(one).collect();
-            let mut splines = Vec::with_capacity(members);
-            for (member, spline) in all.into_iter().enumerate() {
-                match spline {
-                    Err(error) if error.is_interrupted() => return Err(error),
-                    Err(error) => return Ok(Err((member, error))),
-                    Ok(spline) => splines.push(spline),
+                match RotationSpline::with_conditions(t, rotations, &conditions[member], &options) {
+                    Err(error) if error.is_interrupted() => Err(error),
+                    found => Ok(found.map_err(|error| (member, error))),
                 }
-            }
-            Ok(Ok(splines))
+            };
+            let found = threads::map(members, LONG, || (), one)?;
+            Ok(found
+                .into_iter()
+                .collect::<std::result::Result<Vec<_>, _>>())
         })?;
         let splines = found.map_err(|(member, error)| at_member(&error, member, &[members]))?;
         let wrap = |(spline, given)| Self::of(py, spline, Some(given), PyOnceLock::new());

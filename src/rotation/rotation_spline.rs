@@ -5,7 +5,6 @@ use std::sync::{Arc, OnceLock};
 
 use faer::MatRef;
 use nalgebra::{Quaternion as Coordinates, UnitQuaternion, Vector3};
-use rayon::prelude::*;
 
 use super::ends::{RotationEnds, frame, tangent};
 use super::pieces::{Pieces, of_matrix};
@@ -23,6 +22,7 @@ use crate::spline::{
     EndConditions, Outside, Piecewise, SmoothingOptions, SplineOptions, cubic_hermite,
     cubic_spline_of_legs, smoothing_spline,
 };
+use crate::threads::{self, LONG};
 
 /// Number of times from which evaluation is parallel: below it, waking the threads takes longer than the work. The
 /// number is written out in the doc comments of the `*_into` functions.
@@ -397,8 +397,16 @@ impl RotationSpline {
         if t.len() < SHARED {
             vectorised(|| some(t, out));
         } else {
-            let parts = t.par_chunks(SHARED / 4).zip(out.par_chunks_mut(SHARED / 4));
-            parts.for_each(|(t, out)| vectorised(|| some(t, out)));
+            let parts = t.chunks(SHARED / 4).zip(out.chunks_mut(SHARED / 4));
+            threads::map_parts(
+                parts,
+                LONG,
+                || (),
+                |(), _, (t, out)| {
+                    vectorised(|| some(t, out));
+                    Ok(())
+                },
+            )?;
         }
         Ok(())
     }

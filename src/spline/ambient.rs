@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
-use rayon::prelude::*;
 
 use super::chain::{Chain, JOINS, Joint, Means, Movable, links, square};
 use super::embedded::InEmbedding;
@@ -28,6 +27,7 @@ use crate::manifold::grassmann::alignment::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::space::{Kind, Quotient};
+use crate::threads::{self, LONG};
 
 /// Knots, and the quasi-geodesics between them.
 pub(super) struct Ambient<'a> {
@@ -245,16 +245,13 @@ impl Movable for Ambient<'_> {
     /// Vectors may come from points nearby, so only their tangential parts are used.
     fn moved(&self, shifts: &[f64], motion: &mut Motion) -> Result<Self> {
         let size = self.size();
-        let moves = shifts
-            .par_chunks_exact(size)
-            .zip(&self.points)
-            .enumerate()
-            .map(|(knot, (shift, point))| {
-                let shift = tangent_part(self.kind.quotient, point.as_ref(), self.matrix(shift));
-                let curve = QuasiGeodesic::from_velocity(point.as_ref(), shift.as_ref());
-                curve.map_err(|error| error.at_knot(knot))
-            })
-            .collect::<Result<Vec<_>>>()?;
+        let along = |(): &mut (), knot: usize| {
+            let (point, shift) = (self.points[knot].as_ref(), &shifts[size * knot..][..size]);
+            let shift = tangent_part(self.kind.quotient, point, self.matrix(shift));
+            let curve = QuasiGeodesic::from_velocity(point, shift.as_ref());
+            curve.map_err(|error| error.at_knot(knot))
+        };
+        let moves = threads::map(self.points.len(), LONG, || (), along)?;
         let carried = |knot: usize, v: &mut [f64]| -> Result<()> {
             for v in v.chunks_exact_mut(size) {
                 let point = self.points[knot].as_ref();

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use super::motion::Motion;
 use crate::cubic::RiemannianCubic;
@@ -21,7 +20,7 @@ use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::solve::tridiagonal::{Isometries, Way};
 use crate::space::Quotient;
-use crate::threads::{self, is_alone, scaled};
+use crate::threads::{self, scaled};
 
 /// Number of legs that one task of the thread pool integrates, together if that is faster.
 pub(super) const LEGS: usize = LANES;
@@ -297,7 +296,7 @@ impl Arrivals {
         let (size, lengths) = (chain.size(), chain.lengths());
         let mut values = vec![0.0; size * vectors * lengths.len()];
         let mut back = vec![0.0; size * 2 * lengths.len()];
-        let some = |worker: &mut C::Worker, (group, (values, back)): Group<'_>| -> Result<f64> {
+        let some = |worker: &mut C::Worker, group: usize, (values, back): &mut Parts<'_>| {
             let first = group * LEGS;
             let count = back.len() / (2 * size);
             let starts: Vec<Vec<f64>> = (first..first + count)
@@ -328,24 +327,19 @@ impl Arrivals {
             }
             Ok(miss)
         };
-        let found: Vec<Result<f64>> = if is_alone(lengths.len(), LEG * size as f64) {
-            let mut worker = chain.worker();
-            let groups = values
-                .chunks_mut(size * vectors * LEGS)
-                .zip(back.chunks_mut(2 * size * LEGS))
-                .enumerate();
-            groups.map(|group| some(&mut worker, group)).collect()
-        } else {
-            let groups = values
-                .par_chunks_mut(size * vectors * LEGS)
-                .zip(back.par_chunks_mut(2 * size * LEGS))
-                .enumerate();
-            groups
-                .map_init(|| chain.worker(), |worker, group| some(worker, group))
-                .collect()
-        };
+        // All of them are computed even if one fails, so that the counted work does not depend on the threads.
+        let groups = values
+            .chunks_mut(size * vectors * LEGS)
+            .zip(back.chunks_mut(2 * size * LEGS));
+        let each = LEGS as f64 * LEG * size as f64;
+        let misses = threads::map_parts(
+            groups,
+            each,
+            || chain.worker(),
+            |worker, group, parts| Ok(some(worker, group, parts)),
+        )?;
         let mut miss = 0.0_f64;
-        for found in found {
+        for found in misses {
             miss = miss.max(found?);
         }
         Ok(Arrivals {
@@ -407,8 +401,8 @@ impl Arrivals {
     }
 }
 
-/// Consecutive legs: the index of the first, their values, and the vectors carried back.
-type Group<'a> = (usize, (&'a mut [f64], &'a mut [f64]));
+/// The values of consecutive legs, and the vectors carried back.
+type Parts<'a> = (&'a mut [f64], &'a mut [f64]);
 
 pub(super) fn square(a: &[f64]) -> f64 {
     a.iter().map(|a| a * a).sum()

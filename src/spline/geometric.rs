@@ -1,7 +1,6 @@
 //! The geometric spline: pieces of de Casteljau's algorithm, joined twice continuously differentiably.
 
 use faer::{Mat, MatRef, Scale};
-use rayon::prelude::*;
 
 use super::bends::{Bends, add_quasi_geodesic_acceleration};
 use super::ends::{EndCondition, EndConditions, check_ends};
@@ -21,7 +20,7 @@ use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
 use crate::space::{Kind, Quotient};
-use crate::threads::{self, is_alone, scaled};
+use crate::threads::{self, scaled};
 
 const SOLVER: &str = "geometric spline";
 
@@ -310,26 +309,20 @@ impl<'a> Problem<'a> {
         let group = group(legs);
         let mut all = vec![0.0; 2 * size * legs];
         let mut work = std::mem::take(&mut self.work);
-        let of_group = |(which, (all, work)): (usize, (&mut [f64], &mut Bends))| {
-            let mut legs = all.chunks_mut(2 * size).enumerate();
-            legs.find_map(|(i, out)| {
+        let of_group = |(): &mut (), which: usize, (all, work): &mut (&mut [f64], &mut Bends)| {
+            for (i, out) in all.chunks_mut(2 * size).enumerate() {
                 let leg = which * group + i;
-                let outcome = self.bends_of_leg(leg, velocities, work, out);
-                outcome.err().map(|error| error.at_knot(leg))
-            })
+                let bends = self.bends_of_leg(leg, velocities, work, out);
+                bends.map_err(|error| error.at_knot(leg))?;
+            }
+            Ok(())
         };
-        let failures: Vec<Option<Error>> = if is_alone(legs, scaled(BEND, self.shape)) {
-            let groups = all.chunks_mut(2 * size * group).zip(&mut work);
-            groups.enumerate().map(of_group).collect()
-        } else {
-            let groups = all.par_chunks_mut(2 * size * group).zip(&mut work);
-            groups.enumerate().map(of_group).collect()
-        };
+        let groups = all.chunks_mut(2 * size * group).zip(&mut work);
+        let each = group as f64 * scaled(BEND, self.shape);
+        let done = threads::map_parts(groups, each, || (), of_group);
         self.work = work;
-        match failures.into_iter().flatten().next() {
-            Some(error) => Err(error),
-            None => Ok(all),
-        }
+        done?;
+        Ok(all)
     }
 
     fn bends_of_leg(

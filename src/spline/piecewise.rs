@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use faer::MatRef;
-use rayon::prelude::*;
 
 use crate::curve::sampling::{check_parameter, rounded_to_end};
 use crate::curve::{Curve, DerivativeBounds, Quantity, Samples};
@@ -13,6 +12,7 @@ use crate::linalg::jet::Jet;
 use crate::linalg::lanes::LANES;
 use crate::linalg::product::{mul_into, scale};
 use crate::space::Quotient;
+use crate::threads::{self, LONG};
 
 /// Consecutive curves on `[0, 1]`, each traversed between two knots.
 ///
@@ -316,18 +316,19 @@ impl<C: Curve> Curve for Piecewise<C> {
 
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
         let runs = self.runs(t)?;
-        let part = |&(piece, from, to): &(usize, usize, usize)| {
+        let part = |(): &mut (), run: usize| {
+            let (piece, from, to) = runs[run];
             let local: Vec<f64> = t[from..to].iter().map(|t| self.local(piece, *t)).collect();
             let found = self.pieces[piece].sample(&local, quantity, interrupt)?;
             let mut values = found.into_entries();
             slow_down(&mut values, self.length(piece), quantity.order())?;
             Ok(values)
         };
-        let parts: Vec<Vec<f64>> = if t.len() * self.n() * self.k() < SHARED {
-            runs.iter().map(part).collect::<Result<_>>()?
-        } else {
-            runs.par_iter().map(part).collect::<Result<_>>()?
+        let each = match t.len() * self.n() * self.k() < SHARED {
+            true => 0.0,
+            false => LONG,
         };
+        let parts = threads::map(runs.len(), each, || (), part)?;
         Ok(Samples::from_entries(self.n(), self.k(), parts.concat()))
     }
 
@@ -347,14 +348,11 @@ impl<C: Curve> Curve for Piecewise<C> {
         &self,
         interrupt: Interrupt<'_>,
     ) -> Result<DerivativeBounds> {
-        let of_piece = |piece: usize| {
+        let of_piece = |(): &mut (), piece: usize| {
             let bounds = self.pieces[piece].derivative_bounds_interruptible(interrupt)?;
             bounds.slowed(self.length(piece))
         };
-        let all: Vec<DerivativeBounds> = (0..self.pieces.len())
-            .into_par_iter()
-            .map(of_piece)
-            .collect::<Result<_>>()?;
+        let all = threads::map(self.pieces.len(), LONG, || (), of_piece)?;
         let first = all[0];
         Ok(all.into_iter().fold(first, DerivativeBounds::max))
     }

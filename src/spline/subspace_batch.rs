@@ -1,11 +1,11 @@
 //! Many boundary value problems of subspaces.
 
 use faer::MatRef;
-use rayon::prelude::*;
 
 use crate::cubic::{BoundaryOptions, BoundarySolution, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::Result;
+use crate::threads::{self, LONG};
 
 /// Solve for Riemannian cubics of subspaces on `[0, 1]` with given bases and horizontal vectors `[Y0, V0, Y1, V1]` at
 /// their ends, all of shape `(n, k)`.
@@ -38,14 +38,11 @@ pub fn solve_subspace_boundary(
     options: &BoundaryOptions<'_>,
 ) -> Result<Vec<Result<BoundarySolution>>> {
     options.check()?;
-    let found = problems.par_iter().map(|problem| {
-        let found = one(*problem, options);
-        match found {
-            Err(error) if error.is_interrupted() => Err(error),
-            found => Ok(found),
-        }
-    });
-    found.collect()
+    let solved = |(): &mut (), i: usize| match one(problems[i], options) {
+        Err(error) if error.is_interrupted() => Err(error),
+        found => Ok(found),
+    };
+    threads::map(problems.len(), LONG, || (), solved)
 }
 
 fn one(
