@@ -1,12 +1,14 @@
 //! Frames that are far apart only because their columns are rotated: errors name the subspaces.
 
 use faer::{Mat, MatRef, mat};
-use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic};
+use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic, SearchOptions};
 use stiefel_rs::spline::{
-    EndConditions, SmoothingOptions, SplineOptions, cubic_spline, geometric_spline,
-    smoothing_spline,
+    EndConditions, SmoothingOptions, SplineOptions, VelocityEstimate, cubic_spline,
+    estimate_velocities, geometric_spline, smoothing_spline,
 };
-use stiefel_rs::{Error, GeometricCubic, Grassmann, QuasiGeodesic, Retraction, Stiefel, skew_exp};
+use stiefel_rs::{
+    Error, GeometricCubic, Grassmann, QuasiGeodesic, Quotient, Retraction, Stiefel, skew_exp,
+};
 
 /// The first columns of the identity, and the same with opposite signs: one subspace.
 fn opposite() -> [Mat<f64>; 2] {
@@ -117,6 +119,8 @@ fn splines() {
     };
     let found = smoothing_spline(&t[..2], &views[..2], None, &smoothing);
     distances(failed(found), Some(0));
+    let found = estimate_velocities(&t[..3], &views, VelocityEstimate::Natural, Quotient::Frames);
+    distances(failed(found), Some(0));
 }
 
 #[test]
@@ -129,9 +133,15 @@ fn boundary_problem() {
         ..BoundaryOptions::default()
     };
     let found = RiemannianCubic::from_boundary(s0, rest.as_ref(), s1, rest.as_ref(), &options);
-    let error = failed(found);
-    assert!(error.report().is_some_and(|report| !report.converged));
-    distances(error, None);
+    let options = SearchOptions {
+        boundary: options,
+        ..SearchOptions::default()
+    };
+    let all = RiemannianCubic::all_from_boundary(s0, rest.as_ref(), s1, rest.as_ref(), &options);
+    for error in [failed(found), failed(all)] {
+        assert!(error.report().is_some_and(|report| !report.converged));
+        distances(error, None);
+    }
 }
 
 /// Unit vectors that span nearly the same line: as lines they are near, and no frames are meant.

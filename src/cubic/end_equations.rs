@@ -76,7 +76,7 @@ pub(super) fn evaluate<T: Number, B: Blocks>(
     let velocity = target.velocity.iter().map(|x| T::constant(*x));
     let entries = march.entries(y);
     march.place(velocity.chain(entries.iter().copied()));
-    march.run(1.0, interrupt, |_, _, _| Ok(()))?;
+    march.run(1.0, interrupt, &mut |_, _, _| Ok(()))?;
     let series = &march.series;
     let half = T::constant(0.5);
     let mut equations = Vec::with_capacity(y.len());

@@ -5,13 +5,13 @@ use super::leg::Leg;
 use super::marches::Marches;
 use crate::interrupt::Interrupt;
 
-/// Legs on `St(m + k, k)`.
+/// Legs on `St(m + k, k)`. With sizes known only at run time, splines through 20 points at distances of 1.9 take 1.38 times as
+/// long on St(4,1), 1.28 on St(4,2), 1.14 on St(5,2), but no longer on St(2,1).
 pub(crate) fn leg_of_blocks<'a>(blocks: Sized, interrupt: Interrupt<'a>) -> Box<dyn Leg + 'a> {
     if blocks.are_subspaces() || blocks.are_complex() {
         return Box::new(Marches::<_, 8>::new(blocks, interrupt));
     }
     match (blocks.m, blocks.k) {
-        (1, 1) => Box::new(Marches::<_, 3>::new(Fixed::<1, 1>, interrupt)),
         (2, 1) => Box::new(Marches::<_, 6>::new(Fixed::<2, 1>, interrupt)),
         (3, 1) => Box::new(Marches::<_, 9>::new(Fixed::<3, 1>, interrupt)),
         (1, 2) => Box::new(Marches::<_, 9>::new(Fixed::<1, 2>, interrupt)),

@@ -219,10 +219,10 @@ impl LinearFlow {
         let mut march = March::<Dual<1>, Sized>::new(blocks, Accuracy::FULL);
         start(&mut march, &self.data, &[]);
         for (time, cotangent) in loads {
-            march.run(*time, interrupt, |_, _, _| Ok(()))?;
+            march.run(*time, interrupt, &mut |_, _, _| Ok(()))?;
             jump(&mut march, cotangent.as_ref());
         }
-        march.run(0.0, interrupt, |_, _, _| Ok(()))?;
+        march.run(0.0, interrupt, &mut |_, _, _| Ok(()))?;
         let mut reached = Reached::none(blocks);
         reached.read(&march, 1);
         Ok(reached.variations.swap_remove(0))

@@ -157,7 +157,7 @@ fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     let entries = march.entries(start);
     let d = entries.len() / 3;
     march.place(entries.iter().copied());
-    march.run(1.0, interrupt, |_, _, _| Ok(()))?;
+    march.run(1.0, interrupt, &mut |_, _, _| Ok(()))?;
     let Some(embedding) = &march.embedding else {
         write_values(march, d, next, scratch, values);
         return Ok(());
@@ -329,7 +329,7 @@ pub(crate) fn arrival(
     let mut march = March::new(blocks, passage.accuracy);
     march.max_steps = MAX_STEPS;
     state.load(blocks, &mut march.series);
-    let arrived = march.run(1.0, passage.interrupt, |_, _, _| Ok(()));
+    let arrived = march.run(1.0, passage.interrupt, &mut |_, _, _| Ok(()));
     let steps = work_of_step(blocks) * march.steps as f64;
     passage.work.count(steps);
     arrived?;

@@ -174,7 +174,8 @@ impl Problem {
         Ok(pack(self.blocks(), &[a, second]))
     }
 
-    /// The map from `(x', x'')` to the end, in the form solvers use.
+    /// The map from `(x', x'')` to the end, in the form solvers use. With sizes known only at run time, hard problems
+    /// (distance up to 3, speeds up to 6) take 2.8 times as long on St(2,1) and 1.5 times on St(4,1).
     pub(super) fn end_map<'a>(&self, interrupt: Interrupt<'a>) -> Box<dyn EndMap + 'a> {
         let (blocks, target) = (self.blocks(), &self.target);
         match (blocks.m, blocks.k) {

@@ -15,6 +15,7 @@ use super::shooting::SOLVER;
 use super::solver::Solver;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
+use crate::manifold::only_bases::advised;
 use crate::solve::gmres::norm;
 
 /// Work limit of a search, as a multiple of one solve.
@@ -98,10 +99,22 @@ impl RiemannianCubic {
         v1: MatRef<'_, f64>,
         options: &SearchOptions<'_>,
     ) -> Result<Vec<Self>> {
+        let found = Self::all_between_frames([s0, v0, s1, v1], options);
+        found.map_err(|error| advised(error, s0, s1))
+    }
+
+    /// As [`RiemannianCubic::all_from_boundary`], without the hint that the points may be mere bases.
+    ///
+    /// # Errors
+    /// As [`RiemannianCubic::all_from_boundary`].
+    pub(crate) fn all_between_frames(
+        data: [MatRef<'_, f64>; 4],
+        options: &SearchOptions<'_>,
+    ) -> Result<Vec<Self>> {
         options.check()?;
-        let problem = Problem::new([s0, v0, s1, v1], &options.boundary)?;
+        let problem = Problem::new(data, &options.boundary)?;
         let start = match options.boundary.guess {
-            Some((a, j)) => problem.start_from(s0, a, j)?,
+            Some((a, j)) => problem.start_from(data[0], a, j)?,
             None => problem.flat_start(problem.flat()?.as_ref()),
         };
         let mut solver = Solver::new(&problem, &options.boundary);

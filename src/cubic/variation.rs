@@ -61,7 +61,7 @@ pub(super) fn vary<const N: usize>(
             if behind {
                 start(&mut march, data, pass);
             }
-            march.run(t, interrupt, |_, _, _| Ok(()))?;
+            march.run(t, interrupt, &mut |_, _, _| Ok(()))?;
             reached.read(&march, pass.len());
         }
     }

@@ -182,11 +182,7 @@ impl GeometricPolynomial {
 
     /// How close the intermediate points at eight parameters in `[0, 1]` come to a change of branch.
     fn margins(&self, t: Lanes, work: &mut Workspace) -> Lanes {
-        Eight::run(
-            #[inline(always)]
-            || self.lane_points(t, &mut work.lanes),
-        )
-        .least
+        self.lane_points(t, &mut work.lanes).least
     }
 
     /// A bound on the spectral norm of the velocity along all legs.
@@ -201,19 +197,23 @@ impl GeometricPolynomial {
     }
 
     /// Computes the points at eight parameters in the first stage.
-    #[inline(always)]
     fn lane_points(&self, t: Lanes, work: &mut LaneWork) -> Margin {
-        let mut margin = Margin::WIDE;
-        for (leg, stage) in self.lane_legs.iter().zip(&mut work.stages) {
-            leg.points_into(t, &mut work.leg, stage);
-        }
-        for level in (1..self.degree()).rev() {
-            for i in 0..level {
-                let (from, to) = work.stages.split_at_mut(i + 1);
-                work.join.advance(&mut from[i], &to[0], t, &mut margin);
-            }
-        }
-        margin
+        Eight::run(
+            #[inline(always)]
+            || {
+                let mut margin = Margin::WIDE;
+                for (leg, stage) in self.lane_legs.iter().zip(&mut work.stages) {
+                    leg.points_into(t, &mut work.leg, stage);
+                }
+                for level in (1..self.degree()).rev() {
+                    for i in 0..level {
+                        let (from, to) = work.stages.split_at_mut(i + 1);
+                        work.join.advance(&mut from[i], &to[0], t, &mut margin);
+                    }
+                }
+                margin
+            },
+        )
     }
 
     /// Computes Taylor coefficients at eight parameters in the first stage.
@@ -274,7 +274,6 @@ impl GeometricPolynomial {
 
     /// Writes points at up to eight parameters, side by side in `out`; returns `true` for those that must be recomputed
     /// one at a time.
-    #[inline(always)]
     fn lane_block(&self, t: &[f64], work: &mut LaneWork, out: MatMut<'_, f64>) -> [bool; LANES] {
         let mut lanes = Lanes::splat(t[0]);
         lanes.0[..t.len()].copy_from_slice(t);
@@ -370,10 +369,7 @@ impl Curve for GeometricPolynomial {
         for (block, t) in t.chunks(LANES).enumerate() {
             let mut target = out.rb_mut().subcols_mut(LANES * k * block, k * t.len());
             if k <= LANE_COLUMNS && t.iter().all(|t| t.abs() <= LANE_RANGE) {
-                hard = Eight::run(
-                    #[inline(always)]
-                    || self.lane_block(t, &mut work.lanes, target.rb_mut()),
-                );
+                hard = self.lane_block(t, &mut work.lanes, target.rb_mut());
             } else {
                 hard.fill(true);
             }

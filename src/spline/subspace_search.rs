@@ -95,7 +95,7 @@ fn all_between_lines(data: Data<'_>, options: &SearchOptions<'_>) -> Result<Vec<
     let opposite = [y1, v1].map(|x| -x);
     let (mut curves, mut lost) = (Vec::new(), None);
     for [y1, v1] in [[y1, v1], opposite.each_ref().map(|x| x.as_ref())] {
-        match RiemannianCubic::all_from_boundary(y0, v0, y1, v1, options) {
+        match RiemannianCubic::all_between_frames([y0, v0, y1, v1], options) {
             Ok(found) => curves.extend(found),
             Err(error) if error.is_interrupted() => return Err(error),
             Err(error) => lost = Some(error),

@@ -10,6 +10,7 @@ use super::reduced_knots::ReducedKnots;
 use crate::error::Result;
 use crate::linalg::structure::{check_range, norm};
 use crate::manifold::carrier::Direction;
+use crate::manifold::only_bases::advised_knots;
 use crate::space::{Kind, Quotient};
 
 /// The method for estimating velocities.
@@ -87,8 +88,8 @@ impl VelocityEstimate {
 ///   points
 /// # Errors
 /// `Shape`, `NonFinite`, `InvalidArgument` (times), `Overflow`; wrapped in `AtKnot`: `NotOrthonormal`,
-/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` (no quasi-geodesic leads to the next point),
-/// `RightAngle` (a principal angle to the next subspace is pi/2).
+/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` (no quasi-geodesic leads to the next point), in `OnlyBases`
+/// if the two look like mere bases; `RightAngle` (a principal angle to the next subspace is pi/2).
 ///
 /// # Examples
 /// ```
@@ -140,7 +141,8 @@ fn estimated(
     if matches!(ends, EndConditions::Periodic) {
         knots.close()?;
     }
-    let chain = Links::new(&knots.points, quotient)?;
+    let chain = Links::new(&knots.points, quotient);
+    let chain = chain.map_err(|error| advised_knots(error, quotient, points))?;
     let mut velocities = match estimate {
         VelocityEstimate::Natural => natural(&knots, chain, ends),
         VelocityEstimate::CatmullRom => Slopes::new(&knots, chain, ends).parabolas(),
