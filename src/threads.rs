@@ -16,7 +16,7 @@ const ALONE: f64 = 80.0;
 const TOGETHER: usize = 8;
 
 /// Microseconds of items that are always worth a task of their own.
-pub(crate) const LONG: f64 = f64::INFINITY;
+pub(crate) const ALWAYS: f64 = f64::INFINITY;
 
 /// Whether items, of about so many microseconds each, are better computed by the calling thread.
 pub(crate) fn is_alone(count: usize, each: f64) -> bool {
@@ -33,8 +33,8 @@ pub(crate) fn scaled(each: f64, (n, k): (usize, usize)) -> f64 {
     each * ((n * k) as f64 / 9.0).max(1.0)
 }
 
-/// Computes one value per item of about so many microseconds. The error is that of the first item which fails, for any
-/// number of threads; items after it may be left out.
+/// Computes one value per item of about so many microseconds, with a worker for each range of items that a thread
+/// computes. The error is that of the first item which fails, for any number of threads; items after it may be left out.
 ///
 /// # Errors
 /// The errors of the items.
@@ -44,12 +44,7 @@ pub(crate) fn map<W, T: Send, E: Send>(
     worker: impl Fn() -> W + Sync,
     one: impl Fn(&mut W, usize) -> Result<T, E> + Sync,
 ) -> Result<Vec<T>, E> {
-    if is_alone(count, each) {
-        let mut worker = worker();
-        return (0..count).map(|i| one(&mut worker, i)).collect();
-    }
-    let together = ((0.5 * ALONE / each) as usize).clamp(1, TOGETHER);
-    gathered(count, together, &|range, failed| {
+    let run = |range: Range<usize>, failed: &AtomicUsize| {
         let mut worker = worker();
         let wanted = range.take_while(|i| *i <= failed.load(Ordering::Relaxed));
         let value = |i| {
@@ -57,7 +52,14 @@ pub(crate) fn map<W, T: Send, E: Send>(
             value.inspect_err(|_| _ = failed.fetch_min(i, Ordering::Relaxed))
         };
         wanted.map(value).collect()
-    })
+    };
+    match is_alone(count, each) {
+        true => run(0..count, &AtomicUsize::new(usize::MAX)),
+        false => {
+            let together = (0.5 * ALONE / each) as usize;
+            gathered(count, together.clamp(1, TOGETHER), &run)
+        }
+    }
 }
 
 /// [`map`] for items that change a part of the data each.
@@ -96,7 +98,7 @@ fn gathered<T: Send, E: Send>(count: usize, least: usize, run: Run<'_, T, E>) ->
     Ok(all)
 }
 
-/// Runs a task on ranges that make up `0..count`, halved as long as threads are idle and both halves have so many indices.
+/// Runs a task on ranges that make up `0..count`, which are halved for idle threads if both halves have so many indices.
 fn on_pool(count: usize, least: usize, task: &(dyn Fn(Range<usize>) + Sync)) {
     let halved = |range: Range<usize>| {
         let middle = range.start + range.len() / 2;
@@ -108,7 +110,87 @@ fn on_pool(count: usize, least: usize, task: &(dyn Fn(Range<usize>) + Sync)) {
     rayon::iter::split(0..count, halved).for_each(task);
 }
 
-/// Access to data of a task that no other task uses at the same time for long; a panic of another task ends this one too.
+/// Locks a part, which only one task uses, or the list of values, to which a task appends. A panic in a task reaches the
+/// caller through the pool, so it is not looked for here.
 fn lock<T>(data: &Mutex<T>) -> MutexGuard<'_, T> {
     data.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn in_pools(test: impl Fn() + Sync) {
+        for threads in [1, 2, 8] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            pool.build().unwrap().install(&test);
+        }
+    }
+
+    #[test]
+    fn values_are_in_order() {
+        in_pools(|| {
+            for count in [0, 1, 2, 7, 1000] {
+                for each in [0.0, 1.0, ALONE, ALWAYS] {
+                    let found = map(count, each, || (), |(), i| Ok::<_, ()>(3 * i));
+                    let expected: Vec<usize> = (0..count).map(|i| 3 * i).collect();
+                    assert_eq!(found, Ok(expected));
+                }
+            }
+        });
+    }
+
+    #[test]
+    fn the_first_failure_is_returned_and_nothing_before_it_is_left_out() {
+        in_pools(|| {
+            let visits: Vec<AtomicUsize> = (0..1000).map(|_| AtomicUsize::new(0)).collect();
+            let found = map(
+                1000,
+                ALWAYS,
+                || (),
+                |(), i| {
+                    visits[i].fetch_add(1, Ordering::Relaxed);
+                    if i % 100 == 57 { Err(i) } else { Ok(()) }
+                },
+            );
+            assert_eq!(found, Err(57));
+            let visits = visits.iter().map(|visits| visits.load(Ordering::Relaxed));
+            assert!(visits.take(58).all(|visits| visits == 1));
+        });
+    }
+
+    #[test]
+    fn parts_are_changed_also_within_parts() {
+        in_pools(|| {
+            let mut data = vec![1; 100];
+            let square = |(): &mut (), row: usize, part: &mut &mut [usize]| {
+                let sums = map_parts(
+                    part.iter_mut(),
+                    ALWAYS,
+                    || (),
+                    |(), column, x| {
+                        **x += 10 * row + column;
+                        Ok::<_, ()>(**x)
+                    },
+                );
+                sums.map(|sums| sums.iter().sum::<usize>())
+            };
+            let sums = map_parts(data.chunks_mut(10), ALWAYS, || (), square);
+            assert!(data.iter().enumerate().all(|(i, x)| *x == i + 1));
+            let rows = data.chunks(10).map(|row| row.iter().sum());
+            assert_eq!(sums, Ok(rows.collect()));
+        });
+    }
+
+    #[test]
+    #[should_panic(expected = "item 57")]
+    fn a_panic_reaches_the_caller() {
+        in_pools(|| {
+            let item = |(): &mut (), i: usize| match i {
+                57 => panic!("item 57"),
+                _ => Ok::<_, ()>(i),
+            };
+            _ = map(100, ALWAYS, || (), item);
+        });
+    }
 }

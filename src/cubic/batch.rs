@@ -11,7 +11,7 @@ use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::linalg::lanes::LANES;
 use crate::shooting::{EndData, LoneLeg, lone_legs};
-use crate::threads::{self, LONG};
+use crate::threads::{self, ALWAYS};
 use faer::{Mat, MatRef};
 
 /// Problems per task of the thread pool.
@@ -82,8 +82,9 @@ pub fn solve_boundary(
     options: &BoundaryOptions<'_>,
 ) -> Result<Vec<Result<BoundarySolution>>> {
     options.check()?;
-    let tasks = problems.chunks(TASK);
-    let found = threads::map_parts(tasks, LONG, || (), |(), _, task| solve_task(task, options))?;
+    let tasks: Vec<_> = problems.chunks(TASK).collect();
+    let solved = |(): &mut (), task: usize| solve_task(tasks[task], options);
+    let found = threads::map(tasks.len(), ALWAYS, || (), solved)?;
     Ok(found.into_iter().flatten().collect())
 }
 

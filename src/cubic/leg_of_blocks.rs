@@ -6,7 +6,7 @@ use super::marches::Marches;
 use crate::interrupt::Interrupt;
 
 /// Legs on `St(m + k, k)`. With sizes known only at run time, splines through 20 points at distances of 1.9 take 1.38 times as
-/// long on St(4,1), 1.28 on St(4,2), 1.14 on St(5,2), but no longer on St(2,1).
+/// long on St(4,1), 1.28 on St(4,2), 1.14 on St(5,2), and just as long on St(2,1).
 pub(crate) fn leg_of_blocks<'a>(blocks: Sized, interrupt: Interrupt<'a>) -> Box<dyn Leg + 'a> {
     if blocks.are_subspaces() || blocks.are_complex() {
         return Box::new(Marches::<_, 8>::new(blocks, interrupt));

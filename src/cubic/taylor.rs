@@ -136,9 +136,9 @@ impl<T: Number, B: Blocks> March<T, B> {
         }
     }
 
-    /// Integrates to `t_end`; `visit` is called for every step with series, start and signed length. Compiled once for
-    /// all of them: the steps are inlined here, since as functions of their own they take 1.25 times as long on St(3,1) and
-    /// St(3,2).
+    /// Integrates to `t_end`; `visit` is called for every step with series, start and signed length; it is a
+    /// trait object, so that this is compiled once for each number type and size. The steps are inlined here: as
+    /// functions of their own they take 1.25 times as long on St(3,1) and St(3,2).
     ///
     /// # Errors
     /// `TooManySteps`, `Overflow`, `Interrupted`, and the errors of `visit`.

@@ -14,7 +14,8 @@ pub(crate) const TRIALS: f64 = 120.0;
 
 /// The part of a limit that is left if frames seem to be bases, for which the answer is wanted soon: splines and smoothing
 /// splines through 5 to 20 of them, of shapes (20, 3) to (2000, 6) and turned at random, are refused after 0.2 to 1.1 s, with
-/// the whole limit after up to 7 s. Then 3 of 36 smoothing splines are found that are not found with this part.
+/// the whole limit after up to 7 s. With the whole limit, 3 of 36 smoothing splines are found that are not found with this
+/// part.
 const OF_BASES: f64 = 0.3;
 
 /// Typical number of Taylor steps of a curve from one end to the other.

@@ -6,7 +6,7 @@ use super::norms::{Evaluation, Norms};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
-use crate::threads::{self, LONG};
+use crate::threads::{self, ALWAYS};
 
 const SOLVER: &str = "arc length quadrature";
 
@@ -296,16 +296,17 @@ impl Length {
             let known = wanted.partition_point(|other| other < panel);
             self.parameter(*length, &self.panels[*panel], &parts[known])
         };
-        let some = |(lengths, panels): (&[f64], &[usize])| -> Result<Vec<f64>> {
+        let blocks: Vec<_> = lengths
+            .chunks(LENGTHS)
+            .zip(panels.chunks(LENGTHS))
+            .collect();
+        let some = |(): &mut (), block: usize| -> Result<Vec<f64>> {
             interrupt.check(SOLVER)?;
+            let (lengths, panels) = blocks[block];
             Ok(lengths.iter().zip(panels).map(parameter).collect())
         };
-        if lengths.len() <= LENGTHS {
-            return some((lengths, &panels));
-        }
-        let blocks = lengths.chunks(LENGTHS).zip(panels.chunks(LENGTHS));
-        let found = threads::map_parts(blocks, LONG, || (), |(), _, block| some(*block))?;
-        Ok(found.into_iter().flatten().collect())
+        let found = threads::map(blocks.len(), ALWAYS, || (), some)?;
+        Ok(found.concat())
     }
 
     /// The panel that contains the point at a length from the start.
@@ -374,9 +375,10 @@ fn in_blocks<T: Sync, R: Send, F: Evaluation>(
     interrupt: Interrupt<'_>,
     work: impl Fn(&T, &mut Norms<F>) -> Result<R> + Sync,
 ) -> Result<Vec<R>> {
-    let block = |items: &[T]| -> Result<Vec<R>> {
+    let blocks: Vec<&[T]> = items.chunks(BLOCK).collect();
+    let some = |(): &mut (), block: usize| -> Result<Vec<R>> {
         let mut speed = speed()?;
-        items
+        blocks[block]
             .iter()
             .map(|item| {
                 interrupt.check(SOLVER)?;
@@ -384,11 +386,7 @@ fn in_blocks<T: Sync, R: Send, F: Evaluation>(
             })
             .collect()
     };
-    if items.len() <= BLOCK {
-        return block(items);
-    }
-    let blocks = items.chunks(BLOCK);
-    let parts = threads::map_parts(blocks, LONG, || (), |(), _, items| block(items))?;
+    let parts = threads::map(blocks.len(), ALWAYS, || (), some)?;
     Ok(parts.into_iter().flatten().collect())
 }
 

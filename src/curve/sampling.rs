@@ -9,7 +9,7 @@ use crate::interrupt::Interrupt;
 use crate::linalg::jet::ORDER;
 use crate::linalg::product::mul_into;
 use crate::linalg::structure::{check_finite_scalar, check_range};
-use crate::threads::{self, LONG};
+use crate::threads::{self, ALWAYS};
 
 /// Parameters per block: enough for an efficient product, few enough to balance the load.
 const BLOCK: usize = 64;
@@ -173,7 +173,7 @@ pub fn lift_into(frame: MatRef<'_, f64>, coordinates: MatRef<'_, f64>, out: MatM
     );
 }
 
-/// Calls a closure, created by `make` for each thread, for each block of parameters and the columns of `rows` entries
+/// Calls a closure, created by `make` as often as needed, for each block of parameters and the columns of `rows` entries
 /// that belong to it.
 fn for_blocks<W>(
     [rows, k]: [usize; 2],
@@ -210,7 +210,7 @@ where
         return block(&mut make(), (out, t));
     }
     let blocks = out.chunks_mut(rows * k * BLOCK).zip(t.chunks(BLOCK));
-    threads::map_parts(blocks, LONG, make, |write, _, (out, t)| {
+    threads::map_parts(blocks, ALWAYS, make, |write, _, (out, t)| {
         block(write, (out, t))
     })?;
     Ok(())

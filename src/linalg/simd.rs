@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use crate::threads::{self, LONG};
+use crate::threads::{self, ALWAYS, is_alone};
 
 /// Number of groups per task of the thread pool, and total number up to which the pool is not used.
 const TASK: usize = 8;
@@ -26,8 +26,8 @@ pub(crate) struct Four;
 ///
 /// On a processor that executes them at once, splines through 10 to 2000 rotations take 0.74 to 0.78 times as long as with
 /// [`Four`], derivatives and accelerations of geometric cubics 0.5 to 0.9 times. Kernels for any number of dimensions wait
-/// for the cache: splines on St(4,2) to St(8,3) take 0.95 to 1.1 times as long. The Python module has 25 instead of 23 MB if
-/// all of them have eight.
+/// for the cache: splines on St(4,2) to St(8,3) take 0.95 to 1.1 times as long. The Python module is a twelfth larger
+/// if all of them have eight.
 pub(crate) struct Eight;
 
 impl Width for Four {
@@ -59,19 +59,19 @@ pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
 /// Runs `work` on every item, compiled for vectors of the given width, in tasks of the thread pool if there are
 /// more than a few; results do not depend on the number of threads.
 #[inline(always)]
-pub(crate) fn each<W: Width, A: Send, B: Clone + Send + Sync>(
+pub(crate) fn each<W: Width, A: Send, B: Clone + Sync>(
     items: &mut [A],
     buffers: &mut B,
     work: impl Fn(&mut B, usize, &mut A) + Sync,
 ) {
-    if items.len() <= TASK || rayon::current_num_threads() == 1 {
+    if is_alone(items.len().div_ceil(TASK), ALWAYS) {
         return task::<W, A, B>(items, buffers, 0, &work);
     }
     let buffers = &*buffers;
     let tasks = items.chunks_mut(TASK);
     let Ok(_) = threads::map_parts(
         tasks,
-        LONG,
+        ALWAYS,
         || buffers.clone(),
         |buffers, i, items| {
             task::<W, A, B>(items, buffers, TASK * i, &work);

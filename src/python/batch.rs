@@ -5,7 +5,7 @@ use numpy::{Complex64, PyArrayDescrMethods};
 use super::convert::entries;
 use super::prelude::*;
 use crate::linalg::complex_embedding::embed_into;
-use crate::threads::{self, LONG};
+use crate::threads::{self, ALWAYS};
 
 /// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row. Complex
 /// matrices are embedded.
@@ -93,13 +93,14 @@ impl Batch {
         (0..self.len()).map(|i| self.get(i)).collect()
     }
 
-    /// Changes every member by `one`, in blocks of so many members.
+    /// Changes every member by `one`, in blocks of at least so many members, unless there are fewer.
     pub fn change(
         &mut self,
-        block: usize,
+        least: usize,
         one: impl Fn(usize, &mut [f64]) -> Result<()> + Sync,
     ) -> std::result::Result<(), Failure> {
-        let size = (self.rows * self.cols).max(1);
+        let blocks = (self.len() / least).max(1);
+        let (size, block) = (self.rows * self.cols, self.len().div_ceil(blocks));
         in_blocks(&mut self.entries, [size, block], &one)
     }
 
@@ -300,6 +301,9 @@ fn in_blocks(
     [size, block]: [usize; 2],
     one: &(dyn Fn(usize, &mut [f64]) -> Result<()> + Sync),
 ) -> std::result::Result<(), Failure> {
+    if entries.is_empty() {
+        return Ok(());
+    }
     let blocks = entries.chunks_mut(size * block);
     let of_block = |(): &mut (), b: usize, members: &mut &mut [f64]| {
         for (i, member) in members.chunks_mut(size).enumerate() {
@@ -308,6 +312,6 @@ fn in_blocks(
         }
         Ok(())
     };
-    threads::map_parts(blocks, LONG, || (), of_block)?;
+    threads::map_parts(blocks, ALWAYS, || (), of_block)?;
     Ok(())
 }

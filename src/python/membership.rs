@@ -67,7 +67,7 @@ pub(super) fn role(name: &'static str) -> (Role, &'static str) {
 /// The exception for an error of a member of a batch with the given leading axes.
 type Place = fn(&Error, usize, &[usize]) -> PyErr;
 
-/// Members that a thread processes at once.
+/// Least number of members in a task of the thread pool.
 const TOGETHER: usize = 64;
 
 /// Work of a projection per number, relative to an exponential.

@@ -10,7 +10,7 @@ use super::spline::PyCubicSpline;
 use crate::linalg::simd::ON_ONE_THREAD;
 use crate::rotation::{RotationSpline, frame, tangent};
 use crate::spline::SplineOptions;
-use crate::threads::{self, LONG};
+use crate::threads::{self, ALWAYS};
 
 /// Curve of rotations as unit quaternions: the form that :class:`RotationSpline` evaluates.
 ///
@@ -211,23 +211,19 @@ impl PyRotationCurve {
             conditions.push(ends.conditions);
         }
         let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?.distributed(true);
-        let found = call.run(move |interrupt| {
+        let found = call.run_any(move |interrupt| {
             let options = how.options(interrupt);
             let one = |(): &mut (), member: usize| {
                 let t = match is_shared {
                     true => &t[..],
                     false => &t[member * knots..][..knots],
                 };
-                let rotations = &rotations[member * knots..][..knots];
-                match RotationSpline::with_conditions(t, rotations, &conditions[member], &options) {
-                    Err(error) if error.is_interrupted() => Err(error),
-                    found => Ok(found.map_err(|error| (member, error))),
-                }
+                let (rotations, ends) =
+                    (&rotations[member * knots..][..knots], &conditions[member]);
+                let spline = RotationSpline::with_conditions(t, rotations, ends, &options);
+                spline.map_err(|error| (member, error))
             };
-            let found = threads::map(members, LONG, || (), one)?;
-            Ok(found
-                .into_iter()
-                .collect::<std::result::Result<Vec<_>, _>>())
+            threads::map(members, ALWAYS, || (), one)
         })?;
         let splines = found.map_err(|(member, error)| at_member(&error, member, &[members]))?;
         let wrap = |(spline, given)| Self::of(py, spline, Some(given), PyOnceLock::new());

@@ -22,7 +22,7 @@ use crate::spline::{
     EndConditions, Outside, Piecewise, SmoothingOptions, SplineOptions, cubic_hermite,
     cubic_spline_of_legs, smoothing_spline,
 };
-use crate::threads::{self, LONG};
+use crate::threads::{self, ALWAYS};
 
 /// Number of times from which evaluation is parallel: below it, waking the threads takes longer than the work. The
 /// number is written out in the doc comments of the `*_into` functions.
@@ -310,7 +310,7 @@ impl RotationSpline {
 
     /// Unit quaternions at many times, scalar last, dimensionless; rotations from the body frame to the world frame.
     ///
-    /// From 4096 times on, the thread pool shares the work, and may allocate memory.
+    /// From 4096 times on, the thread pool shares the work, and memory is allocated.
     ///
     /// # Errors
     /// As [`RotationSpline::rotation`]; `NonFinite` with the index of the time.
@@ -325,7 +325,7 @@ impl RotationSpline {
     /// Rates in the body frame, or their derivatives, at many times: `w` in rad/s (order 0), `w'` in rad/s^2 (order 1) or
     /// `w''` in rad/s^3 (order 2), radians per unit of time to the power `order + 1`.
     ///
-    /// From 4096 times on, the thread pool shares the work, and may allocate memory.
+    /// From 4096 times on, the thread pool shares the work, and memory is allocated.
     ///
     /// # Errors
     /// As [`RotationSpline::rotation`]; `InvalidArgument` (order), `NonFinite` with the index of the time, `Overflow`.
@@ -400,7 +400,7 @@ impl RotationSpline {
             let parts = t.chunks(SHARED / 4).zip(out.chunks_mut(SHARED / 4));
             threads::map_parts(
                 parts,
-                LONG,
+                ALWAYS,
                 || (),
                 |(), _, (t, out)| {
                     vectorised(|| some(t, out));

@@ -27,7 +27,7 @@ use crate::manifold::grassmann::alignment::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::space::{Kind, Quotient};
-use crate::threads::{self, LONG};
+use crate::threads::{self, ALWAYS};
 
 /// Knots, and the quasi-geodesics between them.
 pub(super) struct Ambient<'a> {
@@ -251,7 +251,7 @@ impl Movable for Ambient<'_> {
             let curve = QuasiGeodesic::from_velocity(point, shift.as_ref());
             curve.map_err(|error| error.at_knot(knot))
         };
-        let moves = threads::map(self.points.len(), LONG, || (), along)?;
+        let moves = threads::map(self.points.len(), ALWAYS, || (), along)?;
         let carried = |knot: usize, v: &mut [f64]| -> Result<()> {
             for v in v.chunks_exact_mut(size) {
                 let point = self.points[knot].as_ref();

@@ -22,7 +22,7 @@ use crate::solve::tridiagonal::{Isometries, Way};
 use crate::space::Quotient;
 use crate::threads::{self, scaled};
 
-/// Number of legs that one task of the thread pool integrates, together if that is faster.
+/// Number of legs that are integrated by one worker, together if that is faster.
 pub(super) const LEGS: usize = LANES;
 
 /// Microseconds, for each coordinate, of a leg that is integrated among eight.
@@ -243,7 +243,7 @@ pub(super) fn joint(
 pub(super) fn pieces(
     legs: usize,
     space: &Space,
-    piece: impl Fn(usize) -> Result<Piece> + Sync + Send,
+    piece: impl Fn(usize) -> Result<Piece> + Sync,
 ) -> Result<Vec<RiemannianCubic>> {
     let curve = |(): &mut (), leg: usize| {
         let (frame, path) = piece(leg)?;

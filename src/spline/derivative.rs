@@ -50,7 +50,7 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::field::add;
 use crate::linalg::structure::{check_range, norm};
-use crate::threads::{self, scaled};
+use crate::threads::{self, ALWAYS, scaled};
 
 /// Microseconds of the start of a piece, and of a few of its points, for rotations.
 const START: f64 = 0.2;
@@ -197,7 +197,7 @@ impl SplineDerivative {
         match self.pieces.iter().all(LinearPiece::has_points) {
             true => scaled(POINTS, self.states.shape),
             // Linearised for every call.
-            false => f64::INFINITY,
+            false => ALWAYS,
         }
     }
 

@@ -12,7 +12,7 @@ use crate::linalg::jet::Jet;
 use crate::linalg::lanes::LANES;
 use crate::linalg::product::{mul_into, scale};
 use crate::space::Quotient;
-use crate::threads::{self, LONG};
+use crate::threads::{self, ALWAYS};
 
 /// Consecutive curves on `[0, 1]`, each traversed between two knots.
 ///
@@ -326,7 +326,7 @@ impl<C: Curve> Curve for Piecewise<C> {
         };
         let each = match t.len() * self.n() * self.k() < SHARED {
             true => 0.0,
-            false => LONG,
+            false => ALWAYS,
         };
         let parts = threads::map(runs.len(), each, || (), part)?;
         Ok(Samples::from_entries(self.n(), self.k(), parts.concat()))
@@ -352,7 +352,7 @@ impl<C: Curve> Curve for Piecewise<C> {
             let bounds = self.pieces[piece].derivative_bounds_interruptible(interrupt)?;
             bounds.slowed(self.length(piece))
         };
-        let all = threads::map(self.pieces.len(), LONG, || (), of_piece)?;
+        let all = threads::map(self.pieces.len(), ALWAYS, || (), of_piece)?;
         let first = all[0];
         Ok(all.into_iter().fold(first, DerivativeBounds::max))
     }

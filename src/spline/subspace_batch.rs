@@ -5,7 +5,7 @@ use faer::MatRef;
 use crate::cubic::{BoundaryOptions, BoundarySolution, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::Result;
-use crate::threads::{self, LONG};
+use crate::threads::{self, ALWAYS};
 
 /// Solve for Riemannian cubics of subspaces on `[0, 1]` with given bases and horizontal vectors `[Y0, V0, Y1, V1]` at
 /// their ends, all of shape `(n, k)`.
@@ -42,7 +42,7 @@ pub fn solve_subspace_boundary(
         Err(error) if error.is_interrupted() => Err(error),
         found => Ok(found),
     };
-    threads::map(problems.len(), LONG, || (), solved)
+    threads::map(problems.len(), ALWAYS, || (), solved)
 }
 
 fn one(
