@@ -158,7 +158,7 @@ impl Path {
             return Ok(());
         }
         let Sized { m, k, quotient, .. } = self.blocks;
-        // With sizes known only at run time, initial value problems of these shapes take 2.6 to 4.6 times as long.
+        // With sizes known only at run time, initial value problems of these shapes take 2.6 to 4.4 times as long.
         match (m, k) {
             // Lines are treated as points of the sphere.
             _ if quotient == Quotient::Subspaces && k > 1 => self.march(self.blocks, t, interrupt),
