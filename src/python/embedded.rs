@@ -1,9 +1,9 @@
 //! Riemannian cubics by the symplectic integrator in the embedding.
 
 use super::cubic_trajectory::{PyCubicTrajectory, sampled};
-use super::membership::Projection;
 use super::points::Points;
 use super::prelude::*;
+use super::projection::Projection;
 use crate::cubic::{EmbeddedOptions, integrate_embedded as integrate};
 
 /// Integrate a Riemannian cubic by equal steps of a symplectic method in the embedding.

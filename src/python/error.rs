@@ -4,7 +4,7 @@ use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
-use super::membership::PROJECTED;
+use super::projection::PROJECTED;
 use super::record::record;
 use crate::error::Error;
 use crate::report::{SolverReport, StopReason};

@@ -31,6 +31,7 @@ mod piecewise;
 mod points;
 mod polynomial;
 mod prelude;
+mod projection;
 mod quasi_geodesic;
 mod record;
 mod restored;

@@ -1,8 +1,9 @@
 //! The manifold of the points of a curve, and how points are read: the arguments `manifold` and `project` of all constructors.
 
 use super::grassmann::PyGrassmann;
-use super::membership::{Projection, Role, at_knot_of, on_manifold, role};
+use super::membership::{Role, at_knot_of, on_manifold, role};
 use super::prelude::*;
+use super::projection::Projection;
 use super::space::Space;
 use super::stiefel::PyStiefel;
 use crate::linalg::structure::distance;

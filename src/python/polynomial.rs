@@ -1,8 +1,8 @@
 //! De Casteljau curves of the binding, of any degree, from control points or boundary data.
 
-use super::membership::Projection;
 use super::points::Points;
 use super::prelude::*;
+use super::projection::Projection;
 use super::stored::{form, put_quotient};
 use crate::curve::{GeodesicPolynomial, GeometricPolynomial, SubspacePolynomial};
 use crate::linalg::complex_embedding::nearest_embedded;

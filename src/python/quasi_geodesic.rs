@@ -1,8 +1,8 @@
 //! Quasi-geodesics of the binding.
 
-use super::membership::Projection;
 use super::points::Points;
 use super::prelude::*;
+use super::projection::Projection;
 use crate::manifold::QuasiGeodesic;
 
 /// Quasi-geodesic ``beta(t) = e^{tX} S e^{t Omega}`` between two points.

@@ -2,8 +2,9 @@
 
 use super::array_namespace::Namespace;
 use super::batch::{Value, map_batch};
-use super::membership::{Projection, SINGLE, on_manifold, role};
+use super::membership::{on_manifold, role};
 use super::prelude::*;
+use super::projection::{Projection, SINGLE};
 use crate::manifold::stiefel::POINT_TOLERANCE;
 use crate::space::Quotient;
 

@@ -1,9 +1,9 @@
 //! Curves across charts: from covariant data to covariant data.
 
 use super::chart::PyChart;
-use super::membership::Projection;
 use super::points::Points;
 use super::prelude::*;
+use super::projection::Projection;
 use super::state::{Kind, Steps, on_chart};
 use crate::chart::rows::Rows;
 use crate::chart::{
