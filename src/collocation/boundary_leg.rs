@@ -129,6 +129,12 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         self.set_residual_at_end();
     }
 
+    /// `x, x', x''` at the start.
+    pub(super) fn start(&self) -> [&[f64]; 3] {
+        let start = [&self.data.velocities[0], &self.bends[0], &self.bends[1]];
+        start.map(Vec::as_slice)
+    }
+
     fn set_motion(&mut self) {
         let start = [&self.data.velocities[0], &self.bends[0], &self.bends[1]];
         let start = start.map(Vec::as_slice);

@@ -9,11 +9,13 @@
 
 use std::sync::Arc;
 
+use super::boundary_curve::boundary_curve;
 use super::boundary_leg::{BoundaryData, BoundaryLeg};
 use super::boundary_linear::BoundaryLinear;
 use super::lane_nodes::{LaneNodes, nodes};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::legs::Dense;
 use crate::linalg::field::larger;
 use crate::solve::gmres::{Gmres, norm};
 use crate::space::{Homogeneous, Shape, in_space};
@@ -78,10 +80,16 @@ pub(crate) enum Start {
     Curve,
 }
 
-/// `x'` and `x''` at the start of the solution, if one is found, and the number of Newton steps.
+/// The solution, if one is found, and the number of Newton steps.
 pub(crate) struct Outcome {
-    pub(crate) found: Option<[Vec<f64>; 2]>,
+    pub(crate) found: Option<Found>,
     pub(crate) steps: usize,
+}
+
+/// A solution: `x'` and `x''` at its start, and its polynomials if these are accurate.
+pub(crate) struct Found {
+    pub(crate) bends: [Vec<f64>; 2],
+    pub(crate) curve: Option<Dense>,
 }
 
 /// The cubic between given ends that Newton's method finds from `x'` and `x''` at the start; none if the curve is too fast
@@ -102,12 +110,13 @@ pub(crate) fn solve_between_ends(
                 steps: 0,
             });
         };
-        let found = newton.solve()?;
-        let steps = newton.steps;
-        Ok(Outcome {
-            found: found.then_some(newton.leg.bends),
-            steps,
-        })
+        let is_found = newton.solve()?;
+        let Newton { leg, steps, .. } = newton;
+        let found = is_found.then(|| Found {
+            curve: boundary_curve(&leg),
+            bends: leg.bends,
+        });
+        Ok(Outcome { found, steps })
     })
 }
 

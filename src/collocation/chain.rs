@@ -10,7 +10,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::clamped::{Clamped, LEVELS};
 use super::clamped_leg::{ClampedLeg, Scratch};
 use super::lane_nodes::nodes;
-use super::solved_chain::{SolvedChain, lift};
+use super::solved_chain::{SolvedChain, complete, lift};
 use crate::error::Result;
 use crate::legs::{End, Ends, Knots, Options, Progress};
 use crate::linalg::field::larger;
@@ -20,7 +20,7 @@ use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::tridiagonal::{Tridiagonal, Unturned};
-use crate::space::Quotient;
+use crate::space::{Kind, Quotient};
 
 /// Number of past steps used by Anderson mixing. With 5, the splines below take as many steps, and one through 50 points on
 /// St(12,11) takes 20 for 19.
@@ -62,7 +62,7 @@ const MOST_SWEEPS: usize = 30;
 /// Points of shape `(n, k)` with times and end conditions, whose vectors are matrices, one column after another. The last
 /// point of a closed chain is the first one.
 pub(crate) struct Chain<'a> {
-    pub(crate) quotient: Quotient,
+    pub(crate) kind: Kind,
     pub(crate) points: &'a [Mat<f64>],
     pub(crate) knots: &'a Knots<'a>,
 }
@@ -144,16 +144,11 @@ struct Iteration<'c> {
 impl<'c> Iteration<'c> {
     /// At rest, except for given velocities.
     fn new(chain: &'c Chain<'c>) -> Result<Self> {
-        let (
-            (n, k),
-            Chain {
-                quotient, knots, ..
-            },
-        ) = (chain.shape(), chain);
+        let ((n, k), Chain { kind, knots, .. }) = (chain.shape(), chain);
         let r = if chain.is_direct() { n } else { LEVELS * k };
         let few = Clamped::few();
         let link = |h: &f64| Link {
-            leg: ClampedLeg::new([r, k], *quotient, knots.tension * h * h, &few),
+            leg: ClampedLeg::new([r, k], *kind, knots.tension * h * h, &few),
             change: f64::INFINITY,
         };
         let pair = |point: &Mat<f64>| {
@@ -171,7 +166,7 @@ impl<'c> Iteration<'c> {
             scratch: Scratch::default(),
             chain,
         };
-        if chain.quotient == Quotient::Subspaces {
+        if chain.kind.quotient == Quotient::Subspaces {
             for (Link { leg, .. }, points) in
                 iteration.links.iter_mut().zip(chain.points.windows(2))
             {
@@ -201,13 +196,13 @@ impl<'c> Iteration<'c> {
         }
         for (i, Link { leg, .. }) in self.links.iter_mut().enumerate() {
             let is_direct = self.chain.is_direct();
-            if !is_direct && self.chain.quotient == Quotient::Frames {
+            if !is_direct && self.chain.kind.quotient == Quotient::Frames {
                 continue;
             }
             let nodes = &leg.nodes.nodes.nodes.s;
             let (values, end) = (near.leg)(i, if is_direct { nodes } else { &[] })?;
             leg.set_fourth_derivative(&values);
-            if self.chain.quotient == Quotient::Subspaces {
+            if self.chain.kind.quotient == Quotient::Subspaces {
                 leg.set_turn(alignment(end.as_ref(), self.chain.points[i + 1].as_ref())?.as_ref());
             }
         }
@@ -373,7 +368,7 @@ impl<'c> Iteration<'c> {
             for (i, Link { leg, .. }) in self.links.iter_mut().enumerate() {
                 let data = [(i, 0), (i, k), (i + 1, 0), (i + 1, k)].map(|(knot, first)| {
                     let factor = if first == 0 { 1.0 } else { lengths[i] };
-                    let columns = pairs[knot].as_ref().subcols(first, k);
+                    let columns = pairs[knot].as_ref().subcols(first, leg.equation.stored());
                     let entries = columns.col_iter().flat_map(|column| column.iter());
                     entries.map(|x| factor * x).collect::<Vec<f64>>()
                 });
@@ -415,6 +410,8 @@ impl<'c> Iteration<'c> {
         if let Some((End::Velocity(_), _)) = end {
             return;
         }
+        let stored = self.links[0].leg.equation.stored();
+        let (first, _) = jump.split_at_mut(chain.shape().0 * stored);
         for (leg, end, sign) in knots
             .legs_at(knot)
             .into_iter()
@@ -430,8 +427,9 @@ impl<'c> Iteration<'c> {
             }
             let h = knots.lengths[leg];
             let pairs = &self.pairs[leg..][..2];
-            lift(pairs, h, sign * h.powi(-2), &mut x, matrix_mut(chain, jump));
+            lift(pairs, h, sign * h.powi(-2), &mut x, first);
         }
+        complete(jump, chain.shape().0, stored);
         if let Some((End::Acceleration(wanted), sign)) = end {
             let (s, v) = self.at_knot(knot);
             let omega = s.transpose() * v;
@@ -455,7 +453,7 @@ impl<'c> Iteration<'c> {
         let mut step: Vec<f64> = self.jumps.iter().map(|jump| -jump).collect();
         system.solve(&mut Unturned(vector), &mut step)?;
         for (point, step) in chain.points.iter().zip(step.chunks_exact_mut(vector)) {
-            let tangent = tangent_part(chain.quotient, point.as_ref(), matrix(chain, step));
+            let tangent = tangent_part(chain.kind.quotient, point.as_ref(), matrix(chain, step));
             matrix_mut(chain, step).copy_from(&tangent);
         }
         Ok(step)

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::lane_nodes::{LaneNodes, add_polynomials};
+use super::lane_nodes::{LaneNodes, add_polynomials, by_columns};
 use crate::linalg::lanes::{LANES, Lanes};
 
 /// Number of derivatives below the fourth, and of data at the ends.
@@ -60,15 +60,8 @@ impl Clamped {
             };
             nodes.at[LEVELS - level][at * count + node] + polynomial
         };
-        let columns = |level: usize| {
-            let groups = (0..count * count / LANES).map(|at| {
-                let (node, first) = (at / (count / LANES), at % (count / LANES) * LANES);
-                Lanes(std::array::from_fn(|lane| {
-                    entry(level, first + lane, nodes.s[first + lane], node)
-                }))
-            });
-            groups.collect()
-        };
+        let columns =
+            |level: usize| by_columns(count, count, |to, from| entry(level, to, nodes.s[to], from));
         let hermite = |level: usize| lanes.s.iter().map(|s| hermite(level, *s)).collect();
         let ends = |level: usize| (0..count).map(move |node| (level, node));
         Clamped {

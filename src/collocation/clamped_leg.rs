@@ -7,15 +7,16 @@ use faer::{Mat, MatRef};
 use super::clamped::{Clamped, LEVELS};
 use super::embedded_equation::{Buffers, Embedded};
 use super::lane_matrices::polar_factor;
-use crate::linalg::field::{larger, largest};
+use crate::linalg::field::{add, larger, largest};
 use crate::linalg::lanes::{LANES, Lanes};
 use crate::linalg::product::mul_into;
-use crate::space::Quotient;
+use crate::space::{Kind, Quotient};
 
 /// What a fourth derivative adds to the second derivatives at the ends, at most.
 const TO_SECOND: f64 = 1.0 / 12.0;
 
-/// One leg. Matrices have `k` columns of `r` coordinates each, one column after another.
+/// One leg. Matrices have `k` columns of `r` coordinates each, one column after another; embedded complex ones are given by
+/// the first half of their columns.
 #[derive(Debug, Clone)]
 pub(crate) struct ClampedLeg {
     /// Sizes, and the tension in the time of the leg.
@@ -43,35 +44,26 @@ pub(super) struct Scratch {
 
 impl ClampedLeg {
     /// A leg at rest.
-    pub(super) fn new(
-        [r, k]: [usize; 2],
-        quotient: Quotient,
-        tension: f64,
-        nodes: &Arc<Clamped>,
-    ) -> Self {
-        let zeros = || vec![Lanes::ZERO; nodes.groups() * r * k];
-        let data = || std::array::from_fn(|_| vec![0.0; r * k]);
+    pub(super) fn new([r, k]: [usize; 2], kind: Kind, tension: f64, nodes: &Arc<Clamped>) -> Self {
+        let equation = Embedded {
+            r,
+            k,
+            kind,
+            tension,
+            gram: None,
+        };
+        let size = equation.size();
+        let data = || std::array::from_fn(|_| vec![0.0; size]);
         ClampedLeg {
-            equation: Embedded {
-                r,
-                k,
-                quotient,
-                tension,
-                gram: None,
-            },
+            equation,
             nodes: Arc::clone(nodes),
             given: data(),
             data: data(),
             turn: (0..k * k)
                 .map(|i| f64::from(u8::from(i % (k + 1) == 0)))
                 .collect(),
-            f: zeros(),
+            f: vec![Lanes::ZERO; nodes.groups() * size],
         }
-    }
-
-    /// Number of entries of a matrix.
-    fn size(&self) -> usize {
-        self.equation.r * self.equation.k
     }
 
     /// Gives point and velocity at both ends.
@@ -89,7 +81,7 @@ impl ClampedLeg {
         let gram = self.equation.gram.get_or_insert_with(|| vec![0.0; r * r]);
         write_gram(pairs, h, gram);
         for (i, given) in self.given.iter_mut().enumerate() {
-            for j in 0..k {
+            for j in 0..self.equation.stored() {
                 given[j * r + i * k + j] = 1.0;
             }
         }
@@ -97,20 +89,11 @@ impl ClampedLeg {
     }
 
     fn turn_data(&mut self) {
-        let (r, k) = (self.equation.r, self.equation.k);
+        let (equation, turn, k) = (&self.equation, &self.turn, self.equation.k);
         for (i, (data, given)) in self.data.iter_mut().zip(&self.given).enumerate() {
-            if self.equation.quotient == Quotient::Frames || i < 2 {
-                data.copy_from_slice(given);
-                continue;
-            }
-            for (j, out) in data.chunks_exact_mut(r).enumerate() {
-                out.fill(0.0);
-                for (l, column) in given.chunks_exact(r).enumerate() {
-                    let factor = self.turn[l * k + j];
-                    for (out, x) in out.iter_mut().zip(column) {
-                        *out += factor * x;
-                    }
-                }
+            match equation.kind.quotient == Quotient::Frames || i < 2 {
+                true => data.copy_from_slice(given),
+                false => turned_into(equation, given, |l, j| turn[l * k + j], data),
             }
         }
     }
@@ -120,11 +103,11 @@ impl ClampedLeg {
     pub(super) fn sweep(&mut self, scratch: &mut Scratch) -> f64 {
         let Scratch { s, image, buffers } = scratch;
         let equation = &self.equation;
-        let (r, k, size) = (equation.r, equation.k, equation.r * equation.k);
+        let (k, size) = (equation.k, equation.size());
         for all in s.iter_mut().chain([&mut *image]) {
             all.resize(self.f.len(), Lanes::ZERO);
         }
-        buffers.resize([r, k]);
+        buffers.resize(equation);
         let data = self.data.each_ref().map(Vec::as_slice);
         self.nodes.derivatives_into(data, &self.f, s);
         let mut drift = vec![0.0; k * k];
@@ -132,7 +115,7 @@ impl ClampedLeg {
         for (group, (image, weights)) in groups.enumerate() {
             let s = s.each_ref().map(|s| &s[group * size..][..size]);
             equation.fourth_derivative_into(s, buffers, image);
-            if equation.quotient == Quotient::Subspaces {
+            if equation.kind.quotient == Quotient::Subspaces {
                 let products = equation.product([s[0], s[1]], buffers);
                 for (drift, product) in drift.iter_mut().zip(products) {
                     *drift += (*product * *weights).0.iter().sum::<f64>();
@@ -145,7 +128,7 @@ impl ClampedLeg {
         }
         std::mem::swap(&mut self.f, image);
         change *= TO_SECOND;
-        if self.equation.quotient == Quotient::Subspaces {
+        if self.equation.kind.quotient == Quotient::Subspaces {
             change = larger(change, self.turn_by(&drift));
         }
         change
@@ -160,10 +143,18 @@ impl ClampedLeg {
         self.turn_data();
     }
 
-    /// Sets the fourth derivative by its values at the nodes, one matrix after another.
+    /// For subspaces, what turns the given basis at the end to the one that the leg reaches.
+    pub(super) fn turn(&self) -> Option<Mat<f64>> {
+        let k = self.equation.k;
+        let turn = || MatRef::from_row_major_slice(&self.turn, k, k).to_owned();
+        (self.equation.kind.quotient == Quotient::Subspaces).then(turn)
+    }
+
+    /// Sets the fourth derivative by its values at the nodes, one matrix with all its columns after another.
     pub(super) fn set_fourth_derivative(&mut self, values: &[f64]) {
-        let size = self.size();
-        for (node, values) in values.chunks_exact(size).enumerate() {
+        let Embedded { r, k, .. } = self.equation;
+        let size = self.equation.size();
+        for (node, values) in values.chunks_exact(r * k).enumerate() {
             let f = &mut self.f[node / LANES * size..][..size];
             for (f, value) in f.iter_mut().zip(values) {
                 f.0[node % LANES] = *value;
@@ -204,9 +195,9 @@ impl ClampedLeg {
     /// A solution of the equation for `S''''` between points of the manifold need not stay there.
     pub(super) fn defect(&self, scratch: &mut Scratch) -> f64 {
         let k = self.equation.k;
-        scratch.buffers.resize([self.equation.r, k]);
+        scratch.buffers.resize(&self.equation);
         let [points, velocities, ..] = self.derivatives();
-        let size = self.size();
+        let size = self.equation.size();
         let mut most = 0.0;
         for (s, v) in points.chunks_exact(size).zip(velocities.chunks_exact(size)) {
             let products = self.equation.product([s, s], &mut scratch.buffers);
@@ -214,7 +205,7 @@ impl ClampedLeg {
                 let identity = Lanes::splat(f64::from(u8::from(i % (k + 1) == 0)));
                 most = larger(most, largest(&[*product - identity]));
             }
-            if self.equation.quotient == Quotient::Subspaces {
+            if self.equation.kind.quotient == Quotient::Subspaces {
                 most = larger(
                     most,
                     largest(self.equation.product([s, v], &mut scratch.buffers)),
@@ -232,19 +223,11 @@ impl ClampedLeg {
 
     /// The second derivative at the end in the given basis.
     pub(super) fn turn_back(&self, x: &mut [f64]) {
-        if self.equation.quotient == Quotient::Frames {
+        if self.equation.kind.quotient == Quotient::Frames {
             return;
         }
-        let (r, k, before) = (self.equation.r, self.equation.k, x.to_vec());
-        for (j, out) in x.chunks_exact_mut(r).enumerate() {
-            out.fill(0.0);
-            for (l, column) in before.chunks_exact(r).enumerate() {
-                let factor = self.turn[j * k + l];
-                for (out, x) in out.iter_mut().zip(column) {
-                    *out += factor * x;
-                }
-            }
-        }
+        let (turn, k, before) = (&self.turn, self.equation.k, x.to_vec());
+        turned_into(&self.equation, &before, |l, j| turn[j * k + l], x);
     }
 
     /// The same leg on other nodes.
@@ -252,22 +235,23 @@ impl ClampedLeg {
         let Embedded {
             r,
             k,
-            quotient,
+            kind,
             tension,
             ..
         } = self.equation;
-        let mut out = Self::new([r, k], quotient, tension, nodes);
+        let mut out = Self::new([r, k], kind, tension, nodes);
         out.given.clone_from(&self.given);
         out.data.clone_from(&self.data);
         out.turn.clone_from(&self.turn);
         out.equation.gram.clone_from(&self.equation.gram);
-        out.f = self.nodes.nodes.values_at(&nodes.nodes, &self.f, r * k);
+        let size = self.equation.size();
+        out.f = self.nodes.nodes.values_at(&nodes.nodes, &self.f, size);
         out
     }
 
     /// The largest of the last two Legendre coefficients of the fourth derivative.
     pub(super) fn tail(&self) -> f64 {
-        self.nodes.nodes.largest_tail(&self.f, self.size())
+        self.nodes.nodes.largest_tail(&self.f, self.equation.size())
     }
 
     /// The largest entry of the fourth derivative.
@@ -279,7 +263,7 @@ impl ClampedLeg {
     pub(super) fn largest_speed(&self) -> f64 {
         let [_, velocities, ..] = self.derivatives();
         let mut most = 0.0;
-        for v in velocities.chunks_exact(self.size()) {
+        for v in velocities.chunks_exact(self.equation.size()) {
             most = larger(most, largest(&[self.equation.square(v)]));
         }
         most.sqrt()
@@ -287,14 +271,35 @@ impl ClampedLeg {
 
     /// Number of multiplications of a sweep.
     pub(super) fn multiplications(&self) -> f64 {
-        let [r, k, count] =
-            [self.equation.r, self.equation.k, self.nodes.count()].map(|size| size as f64);
+        let sizes = [
+            self.equation.r,
+            self.equation.k,
+            self.equation.stored(),
+            self.nodes.count(),
+        ];
+        let [r, k, stored, count] = sizes.map(|size| size as f64);
         let gram = if self.equation.gram.is_some() {
-            3.0 * r * r * k
+            3.0 * r * r * stored
         } else {
             0.0
         };
-        count * (4.0 * count * r * k + 11.0 * r * k * k + gram)
+        count * (4.0 * count * r * stored + 11.0 * r * k * stored + gram)
+    }
+}
+
+/// `out = x turn`, for the entries of a square matrix.
+fn turned_into(
+    equation: &Embedded,
+    x: &[f64],
+    turn: impl Fn(usize, usize) -> f64,
+    out: &mut [f64],
+) {
+    let (r, all) = (equation.r, equation.all_columns(x));
+    for (j, out) in out.chunks_exact_mut(r).enumerate() {
+        out.fill(0.0);
+        for (l, column) in all.chunks_exact(r).enumerate() {
+            add(out, turn(l, j), column);
+        }
     }
 }
 

@@ -10,18 +10,24 @@
 //! where `a, b, e` are the products of the part of `V` orthogonal to `S` with those of `V, A, J`. Elimination of `A` and `J`
 //! leaves `S''''` as a combination of `S, S', S'', S'''` with factors of size `k`, so it stays in the span of the data at the
 //! ends, and a basis of that span is not needed: products of columns are those of coordinates with a Gram matrix.
+//!
+//! Of embedded complex matrices the first half of the columns is stored and computed; the others are `i` times these.
 
-use crate::linalg::field::{accumulate, multiply_rows};
+use super::embedded_products::{Products, Small, times_symmetric};
+use crate::linalg::complex_embedding::times_i;
+use crate::linalg::dual::Number;
+use crate::linalg::field::accumulate;
 use crate::linalg::lanes::Lanes;
 use crate::linalg::simd::vectorised;
-use crate::space::Quotient;
+use crate::space::{Kind, Quotient, ScalarField};
 
-/// Sizes, and what the equation depends on. Matrices `S` have `k` columns of `r` coordinates each, one column after another.
+/// Sizes, and what the equation depends on. Matrices `S` have `k` columns of `r` coordinates each, one column after
+/// another.
 #[derive(Debug, Clone)]
 pub(super) struct Embedded {
     pub(super) r: usize,
     pub(super) k: usize,
-    pub(super) quotient: Quotient,
+    pub(super) kind: Kind,
     pub(super) tension: f64,
     /// Products of the vectors of the basis, shape `(r, r)`; `None` for an orthonormal one.
     pub(super) gram: Option<Vec<f64>>,
@@ -34,18 +40,51 @@ pub(super) struct Buffers {
     tall: Vec<Lanes>,
 }
 
-/// Number of small matrices.
+/// Number of small matrices; of tall ones times the Gram matrix, and times `i`.
 const SMALL: usize = 22;
+const MOVED: usize = 3;
+const TURNED: usize = 4;
 
 impl Buffers {
-    /// Makes room for matrices of the given shape.
-    pub(super) fn resize(&mut self, [r, k]: [usize; 2]) {
-        self.small.resize(SMALL * k * k, Lanes::ZERO);
-        self.tall.resize(3 * r * k, Lanes::ZERO);
+    /// Makes room for the matrices of an equation.
+    pub(super) fn resize(&mut self, equation: &Embedded) {
+        let (small, tall) = (equation.k * equation.k, equation.size());
+        self.small.resize(SMALL * small, Lanes::ZERO);
+        self.tall.resize((MOVED + TURNED) * tall, Lanes::ZERO);
     }
 }
 
 impl Embedded {
+    /// Number of stored columns.
+    pub(super) fn stored(&self) -> usize {
+        match self.kind.field {
+            ScalarField::Real => self.k,
+            ScalarField::Complex => self.k / 2,
+        }
+    }
+
+    /// Number of stored entries of a matrix.
+    pub(super) fn size(&self) -> usize {
+        self.r * self.stored()
+    }
+
+    /// `i x`, the other columns of an embedded complex matrix. Coordinates for a Gram matrix belong to four such matrices.
+    #[inline(always)]
+    fn times_i<T: Number>(&self, x: &[T], out: &mut [T]) {
+        let rows = if self.gram.is_some() { self.k } else { self.r };
+        times_i(x, rows, out);
+    }
+
+    /// All columns of a matrix.
+    pub(super) fn all_columns(&self, x: &[f64]) -> Vec<f64> {
+        let mut all = x.to_vec();
+        if self.kind.field == ScalarField::Complex {
+            all.resize(2 * x.len(), 0.0);
+            self.times_i(x, &mut all[x.len()..]);
+        }
+        all
+    }
+
     /// `out = S''''` from `S, S', S'', S'''`.
     pub(super) fn fourth_derivative_into(
         &self,
@@ -61,26 +100,40 @@ impl Embedded {
 
     #[inline(always)]
     fn combine(&self, s: [&[Lanes]; 4], buffers: &mut Buffers, out: &mut [Lanes]) {
-        let (r, k) = (self.r, self.k);
+        let (r, k, stored, size) = (self.r, self.k, self.stored(), self.size());
         let Buffers { small, tall } = buffers;
         small.fill(Lanes::ZERO);
+        let (by_gram, by_i) = tall.split_at_mut(MOVED * size);
         // `S', S'', S'''` times the Gram matrix.
         let mut moved: [&[Lanes]; 4] = s;
         if let Some(gram) = &self.gram {
-            for (tall, s) in tall.chunks_exact_mut(r * k).zip(&s[1..]) {
+            let each = by_gram.chunks_exact_mut(size).zip(&s[1..]);
+            for ((tall, s), moved) in each.zip(&mut moved[1..]) {
                 times_symmetric(s, gram, r, tall);
+                *moved = tall;
             }
-            let mut tall = tall.chunks_exact(r * k);
-            for moved in &mut moved[1..] {
-                *moved = tall.next().unwrap_or_default();
+        }
+        let mut turned: [&[Lanes]; TURNED] = Default::default();
+        if stored < k {
+            let each = by_i.chunks_exact_mut(size).zip(s);
+            for ((tall, s), turned) in each.zip(&mut turned) {
+                self.times_i(s, tall);
+                *turned = tall;
             }
         }
         let mut rest = small.chunks_exact_mut(k * k);
         let mut next = || rest.next().unwrap_or_default();
-        let gram = Products { s, moved, r };
+        let m = Small { k, stored };
+        let gram = Products {
+            s,
+            turned,
+            moved,
+            r,
+            m,
+        };
         let mut factors = [next(), next(), next(), next()];
-        let (m, tension) = (Small { k }, self.tension);
-        match self.quotient {
+        let tension = self.tension;
+        match self.kind.quotient {
             Quotient::Subspaces => factors_of_subspaces(m, tension, gram, &mut next, &mut factors),
             Quotient::Frames if r == k => {
                 factors_of_squares(m, tension, gram, &mut next, &mut factors);
@@ -92,37 +145,46 @@ impl Embedded {
         }
         // out = S c0 + S' c1 + S'' c2 + S''' c3, by rows of the transposes.
         out.fill(Lanes::ZERO);
-        let factor = next();
-        for (c, s) in factors.into_iter().zip(s) {
-            for i in 0..k {
-                for j in 0..k {
-                    factor[i * k + j] = c[j * k + i];
+        let factor = &mut next()[..stored * stored];
+        for ((c, s), turned) in factors.into_iter().zip(s).zip(turned) {
+            for (first, s) in (0..k).step_by(stored).zip([s, turned]) {
+                for i in 0..stored {
+                    for j in 0..stored {
+                        factor[j * stored + i] = c[(first + i) * k + j];
+                    }
                 }
+                accumulate(factor, stored, s, r, out);
             }
-            accumulate(factor, k, s, r, out);
         }
     }
 
-    /// `S^T V` for two matrices.
+    /// `S^T V` for two matrices, shape `(k, k)`.
     pub(super) fn product<'b>(
         &self,
         [s, v]: [&[Lanes]; 2],
         buffers: &'b mut Buffers,
     ) -> &'b [Lanes] {
-        let (r, k) = (self.r, self.k);
+        let (r, k, stored, size) = (self.r, self.k, self.stored(), self.size());
         let Buffers { small, tall } = buffers;
         let product = &mut small[..k * k];
+        let (by_gram, rest) = tall.split_at_mut(size);
+        let by_i = &mut rest[..size];
         vectorised(
             #[inline(always)]
             || {
                 let v = match &self.gram {
                     Some(gram) => {
-                        times_symmetric(v, gram, r, &mut tall[..r * k]);
-                        &tall[..r * k]
+                        times_symmetric(v, gram, r, by_gram);
+                        &*by_gram
                     }
                     None => v,
                 };
-                multiply_rows(s, v, r, |_| r, product);
+                let mut turned: &[Lanes] = &[];
+                if stored < k {
+                    self.times_i(s, by_i);
+                    turned = by_i;
+                }
+                Small { k, stored }.write_product([s, turned], v, r, product);
             },
         );
         product
@@ -138,30 +200,7 @@ impl Embedded {
         for (v, moved) in v.iter().zip(&moved) {
             sum += *v * *moved;
         }
-        sum
-    }
-}
-
-/// Products of `S, S', S'', S'''`: the matrices, and the same times the Gram matrix.
-#[derive(Clone, Copy)]
-struct Products<'s> {
-    s: [&'s [Lanes]; 4],
-    moved: [&'s [Lanes]; 4],
-    r: usize,
-}
-
-impl Products<'_> {
-    /// The product of the derivatives of the given orders, the first one transposed.
-    #[inline(always)]
-    fn write(self, [i, j]: [usize; 2], out: &mut [Lanes]) {
-        multiply_rows(
-            self.s[i],
-            self.moved[j],
-            self.r,
-            #[inline(always)]
-            |_| self.r,
-            out,
-        );
+        sum * (self.k / self.stored()) as f64
     }
 }
 
@@ -294,108 +333,14 @@ fn factors_of_frames<'b>(
     m.add_right_transposed(-1.0, o, b, c0);
 }
 
-/// Products of matrices of size `k`, in row-major order, that are added to others.
-#[derive(Clone, Copy)]
-struct Small {
-    k: usize,
-}
-
-impl Small {
-    /// `out += factor a b`.
-    #[inline(always)]
-    fn add(self, factor: f64, a: &[Lanes], b: &[Lanes], out: &mut [Lanes]) {
-        let k = self.k;
-        self.each(
-            out,
-            factor,
-            #[inline(always)]
-            |i, j, l| a[i * k + l] * b[l * k + j],
-        );
-    }
-
-    /// `out += factor a^T b`.
-    #[inline(always)]
-    fn add_left_transposed(self, factor: f64, a: &[Lanes], b: &[Lanes], out: &mut [Lanes]) {
-        let k = self.k;
-        self.each(
-            out,
-            factor,
-            #[inline(always)]
-            |i, j, l| a[l * k + i] * b[l * k + j],
-        );
-    }
-
-    /// `out += factor a b^T`.
-    #[inline(always)]
-    fn add_right_transposed(self, factor: f64, a: &[Lanes], b: &[Lanes], out: &mut [Lanes]) {
-        let k = self.k;
-        self.each(
-            out,
-            factor,
-            #[inline(always)]
-            |i, j, l| a[i * k + l] * b[j * k + l],
-        );
-    }
-
-    /// `out += factor a^T`.
-    #[inline(always)]
-    fn add_transposed(self, factor: f64, a: &[Lanes], out: &mut [Lanes]) {
-        for i in 0..self.k {
-            for j in 0..self.k {
-                out[i * self.k + j] += a[j * self.k + i] * factor;
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn each(self, out: &mut [Lanes], factor: f64, term: impl Fn(usize, usize, usize) -> Lanes) {
-        for i in 0..self.k {
-            for j in 0..self.k {
-                let mut sum = Lanes::ZERO;
-                for l in 0..self.k {
-                    sum += term(i, j, l);
-                }
-                out[i * self.k + j] += sum * factor;
-            }
-        }
-    }
-}
-
-/// Number of sums at once.
-const ABREAST: usize = 4;
-
-/// `out = x m` for rows of length `r` and a symmetric matrix.
-#[inline(always)]
-fn times_symmetric(x: &[Lanes], m: &[f64], r: usize, out: &mut [Lanes]) {
-    for (x, out) in x.chunks_exact(r).zip(out.chunks_exact_mut(r)) {
-        let mut rows = m.chunks_exact(ABREAST * r);
-        let mut outs = out.chunks_exact_mut(ABREAST);
-        for (rows, out) in rows.by_ref().zip(outs.by_ref()) {
-            let mut sums = [Lanes::ZERO; ABREAST];
-            for (l, x) in x.iter().enumerate() {
-                for (t, sum) in sums.iter_mut().enumerate() {
-                    *sum += *x * rows[t * r + l];
-                }
-            }
-            out.copy_from_slice(&sums);
-        }
-        for (row, out) in rows.remainder().chunks_exact(r).zip(outs.into_remainder()) {
-            let mut sum = Lanes::ZERO;
-            for (x, m) in x.iter().zip(row) {
-                sum += *x * *m;
-            }
-            *out = sum;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use faer::linalg::solvers::{PartialPivLu, Solve};
-    use faer::{Mat, MatRef, Scale};
+    use faer::{Mat, MatRef, Scale, c64};
 
     use super::*;
-    use crate::space::{Homogeneous, Kind, Shape, in_space};
+    use crate::linalg::complex_embedding::embed;
+    use crate::space::{Homogeneous, RowOrder, Shape, in_space};
 
     /// A curve that starts at the identity with given `x, x', x''`, and its first four derivatives there.
     fn derivatives(space: impl Homogeneous, k: usize, tension: f64) -> [Mat<f64>; 5] {
@@ -437,19 +382,39 @@ mod tests {
         entries.map(|x| Lanes::splat(*x)).collect()
     }
 
+    fn complex_kind(quotient: Quotient) -> Kind {
+        let field = ScalarField::Complex;
+        Kind { quotient, field }
+    }
+
+    /// The columns of an embedded matrix in blocks of `k`, each with real parts before imaginary ones.
+    fn in_blocks(a: &Mat<f64>, k: usize) -> Mat<f64> {
+        let (r, half) = (a.ncols(), k / 2);
+        let column = |j: usize| j % k / half * (r / 2) + j / k * half + j % half;
+        Mat::from_fn(r, r, |i, j| a[(i, column(j))])
+    }
+
     /// The fourth derivative is that of the equation in frames, for coordinates in any basis.
     #[test]
     fn the_equation_agrees_with_that_in_frames() {
         let frames = [(2, 1), (3, 1), (5, 1), (3, 2), (5, 2), (7, 4), (8, 7)];
         let squares = [(2, 2), (3, 3), (6, 6)];
         let spans = [(2, 1), (4, 1), (4, 2), (5, 3), (8, 3)];
+        let complex = [(2, 2), (4, 4), (4, 2), (6, 2), (8, 4)];
+        let complex_spans = complex.iter().skip(2).copied();
+        let complex_spans = complex_spans.map(|shape| (shape, complex_kind(Quotient::Subspaces)));
+        let complex = complex.map(|shape| (shape, complex_kind(Quotient::Frames)));
         let frames = frames.into_iter().chain(squares);
         let frames = frames.map(|shape| (shape, Kind::REAL_FRAMES));
         let spans = spans.map(|shape| (shape, Kind::real(Quotient::Subspaces)));
-        for ((r, k), kind) in frames.chain(spans) {
+        let all = frames.chain(spans).chain(complex).chain(complex_spans);
+        for ((r, k), kind) in all {
             for (tension, share) in [(0.0, 0.0), (0.7, 0.0), (0.0, 0.1), (0.7, 0.1)] {
-                // Square matrices are frames of one column less with the last one.
-                let columns = k.min(r - 1);
+                // Square real matrices are frames of one column less with the last one.
+                let columns = match kind.field {
+                    ScalarField::Real => k.min(r - 1),
+                    ScalarField::Complex => k,
+                };
                 let shape = Shape {
                     r,
                     k: columns,
@@ -457,25 +422,42 @@ mod tests {
                 };
                 let all = in_space!(shape, |space| derivatives(space, k, tension));
                 let identity: Mat<f64> = Mat::identity(r, r);
-                let skewed = |i: usize, j: usize| (1.0 + (3 * i + 5 * j) as f64).sin();
-                let basis = &identity + Mat::from_fn(r, r, |i, j| share * skewed(i, j));
+                let skewed = |i: usize, j: usize| share * (1.0 + (3 * i + 5 * j) as f64).sin();
+                let (all, basis) = match kind.field {
+                    ScalarField::Real => (all, &identity + Mat::from_fn(r, r, skewed)),
+                    ScalarField::Complex => {
+                        let skewed = |i, j| c64::new(skewed(i, j), skewed(j + 2, i));
+                        let basis = &identity + embed(Mat::from_fn(r / 2, r / 2, skewed).as_ref());
+                        let order = RowOrder { r, k };
+                        let all = all.map(|a| order.halves(a.as_ref()));
+                        (
+                            all,
+                            if share > 0.0 {
+                                in_blocks(&basis, k)
+                            } else {
+                                basis
+                            },
+                        )
+                    }
+                };
                 let gram = basis.transpose() * &basis;
                 let inverse = PartialPivLu::new(basis.as_ref()).solve(&identity);
                 let entries = || (0..r * r).map(|i| gram[(i / r, i % r)]).collect();
                 let equation = Embedded {
                     r,
                     k,
-                    quotient: kind.quotient,
+                    kind,
                     tension,
                     gram: (share > 0.0).then(entries),
                 };
                 let s = [0, 1, 2, 3].map(|level| lanes(&(&inverse * &all[level])));
-                let mut found = vec![Lanes::ZERO; r * k];
+                let s = s.each_ref().map(|s| &s[..equation.size()]);
+                let mut found = vec![Lanes::ZERO; equation.size()];
                 let mut buffers = Buffers::default();
-                buffers.resize([r, k]);
-                let s = s.each_ref().map(Vec::as_slice);
+                buffers.resize(&equation);
                 equation.fourth_derivative_into(s, &mut buffers, &mut found);
                 let found: Vec<f64> = found.iter().map(|x| x.0[5]).collect();
+                let found = equation.all_columns(&found);
                 let found = &basis * MatRef::from_column_major_slice(&found, r, k);
                 let (error, size) = ((found - &all[4]).norm_max(), all[4].norm_max());
                 let name = format!("({r}, {k}) {kind:?} {tension} {share}");

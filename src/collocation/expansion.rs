@@ -10,6 +10,10 @@ use crate::linalg::simd::vectorised;
 /// Largest number of repeated integrals.
 const TIMES: usize = 4;
 
+/// Largest number of nodes for which polynomials written in powers are accurate at the ends of legs: with 44,
+/// accelerations jump by up to 4e-10.
+pub(super) const EXACT: usize = 32;
+
 /// The matrices that map values at nodes to coefficients.
 pub(super) struct Expansion {
     /// Degree of all polynomials: that of the fourth integrals.
@@ -65,6 +69,11 @@ impl Expansion {
         self.coefficients(1, values, functions)
     }
 
+    /// Those of their third integrals.
+    pub(super) fn third_integrals(&self, values: &[f64], functions: usize) -> Vec<f64> {
+        self.coefficients(3, values, functions)
+    }
+
     /// Those of their fourth integrals.
     pub(super) fn fourth_integrals(&self, values: &[f64], functions: usize) -> Vec<f64> {
         self.coefficients(TIMES, values, functions)
@@ -84,6 +93,18 @@ impl Expansion {
             );
         }
         out
+    }
+}
+
+/// Adds the cubic polynomials in powers of `s - 1/2` with the given values, first, second and third derivatives at 0.
+pub(super) fn add_cubic([s, v, second, third]: [&[f64]; 4], out: &mut [f64]) {
+    let size = s.len();
+    for p in 0..size {
+        let [s, v, second, third] = [s[p], v[p], second[p] / 2.0, third[p] / 6.0];
+        out[p] += s + 0.5 * (v + 0.5 * (second + 0.5 * third));
+        out[size + p] += v + second + 0.75 * third;
+        out[2 * size + p] += second + 1.5 * third;
+        out[3 * size + p] += third;
     }
 }
 

@@ -6,7 +6,8 @@ use faer::{Mat, MatRef};
 
 use super::clamped::LEVELS;
 use super::clamped_leg::ClampedLeg;
-use super::expansion::Expansion;
+use super::embedded_equation::Embedded;
+use super::expansion::{Expansion, add_cubic};
 use crate::curve::nodes::Nodes;
 use crate::legs::{Dense, Polynomials};
 use crate::linalg::field::accumulate;
@@ -110,12 +111,12 @@ struct Curve<'l> {
 
 impl<'l> Curve<'l> {
     fn new(leg: &'l ClampedLeg, to_frame: MatRef<'l, f64>) -> Self {
-        let (size, groups) = (leg.equation.r * leg.equation.k, leg.nodes.groups());
+        let (size, groups) = (leg.equation.size(), leg.nodes.groups());
         let all = leg.derivatives();
         let at = |level: usize, node: usize| {
             let lanes = &all[level][node / LANES * size..][..size];
             let entries: Vec<f64> = lanes.iter().map(|x| x.0[node % LANES]).collect();
-            to_frame * MatRef::from_column_major_slice(&entries, leg.equation.r, leg.equation.k)
+            mapped(leg, to_frame, &entries)
         };
         let at_nodes =
             [0, 1].map(|level| (0..groups * LANES).map(|node| at(level, node)).collect());
@@ -127,13 +128,13 @@ impl<'l> Curve<'l> {
     }
 
     fn mapped(&self, x: &[f64]) -> Mat<f64> {
-        self.to_frame * MatRef::from_column_major_slice(x, self.leg.equation.r, self.leg.equation.k)
+        mapped(self.leg, self.to_frame, x)
     }
 
     /// `S, S', S'', S'''` at an end.
     fn at_end(&self, end: usize) -> [Mat<f64>; LEVELS] {
         let leg = self.leg;
-        let mut x = vec![0.0; leg.equation.r * leg.equation.k];
+        let mut x = vec![0.0; leg.equation.size()];
         std::array::from_fn(|level| match level {
             0 | 1 => self.mapped(&leg.data[2 * end + level]),
             _ => {
@@ -146,11 +147,7 @@ impl<'l> Curve<'l> {
     /// Coefficients of the points, each in row-major order.
     fn points(&self, expansion: &Expansion) -> Vec<f64> {
         let leg = self.leg;
-        let (size, k, r) = (
-            leg.equation.r * leg.equation.k,
-            leg.equation.k,
-            self.to_frame.nrows(),
-        );
+        let (size, k, r) = (leg.equation.size(), leg.equation.k, self.to_frame.nrows());
         let count = leg.nodes.count();
         let mut f = Vec::with_capacity(count * r * k);
         for node in 0..count {
@@ -159,19 +156,18 @@ impl<'l> Curve<'l> {
             f.extend(row_by_row(self.mapped(&entries).as_ref()));
         }
         let mut out = expansion.fourth_integrals(&f, r * k);
-        // The cubic part about the middle.
-        let [s, v, second, third] = self
+        let start = self
             .at_end(0)
             .map(|x| row_by_row(x.as_ref()).collect::<Vec<f64>>());
-        for p in 0..r * k {
-            let [s, v, second, third] = [s[p], v[p], second[p] / 2.0, third[p] / 6.0];
-            out[p] += s + 0.5 * (v + 0.5 * (second + 0.5 * third));
-            out[r * k + p] += v + second + 0.75 * third;
-            out[2 * r * k + p] += second + 1.5 * third;
-            out[3 * r * k + p] += third;
-        }
+        add_cubic(start.each_ref().map(Vec::as_slice), &mut out);
         out
     }
+}
+
+/// The matrix with given stored entries in the coordinates of a frame.
+fn mapped(leg: &ClampedLeg, to_frame: MatRef<'_, f64>, x: &[f64]) -> Mat<f64> {
+    let Embedded { r, k, .. } = leg.equation;
+    to_frame * MatRef::from_column_major_slice(&leg.equation.all_columns(x), r, k)
 }
 
 /// The rest of the frames, each in row-major order: its derivative and its values at the nodes, and its value at the end.

@@ -2,8 +2,7 @@
 //! equations of the second kind, with a smoothing kernel.
 //!
 //! Chains of legs between knots ([`Chain`]) are solved in the embedding: the unknowns are the fourth derivatives of the
-//! matrices `S` at the nodes of every leg and the velocities at the knots, and nothing is differentiated. The polynomials
-//! are the curve, except on legs with more than 32 nodes, which are integrated.
+//! matrices `S` at the nodes of every leg and the velocities at the knots, and nothing is differentiated.
 //!
 //! Single cubics between given ends are solved in frames by Newton's method ([`solve_between_ends`]), and so are the
 //! linearised equations along them ([`LinearBoundary`]); `x'''` at the nodes, `x'` and `x''` at the start are the unknowns:
@@ -12,11 +11,14 @@
 //! x''' = [x'', x]_m - [[x, x']_h, x],\qquad g = g_0 + \int_0^s g\,x,\qquad x = x_0 + x_0' s + \tfrac12 x_0'' s^2 + \iiint x'''
 //! ```
 //!
+//! The polynomials through the nodes are the curve, except for legs with more than 32 nodes, which are integrated.
+//!
 //! # Source
 //! Atkinson (1997), "The Numerical Solution of Integral Equations of the Second Kind", sec. 4.1 (the Nystrom method); Walker, Ni
 //! (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
 
 mod along;
+mod boundary_curve;
 mod boundary_leg;
 mod boundary_linear;
 mod boundary_value;
@@ -24,6 +26,7 @@ mod chain;
 mod clamped;
 mod clamped_leg;
 mod embedded_equation;
+mod embedded_products;
 mod expansion;
 mod lane_frames;
 mod lane_matrices;
@@ -36,7 +39,7 @@ mod linear_terms;
 mod solved_chain;
 
 pub(crate) use boundary_leg::BoundaryData;
-pub(crate) use boundary_value::{BoundaryLimits, Start, solve_between_ends};
+pub(crate) use boundary_value::{BoundaryLimits, Found, Start, solve_between_ends};
 pub(crate) use chain::{Chain, Near};
 pub(crate) use linear_boundary::LinearBoundary;
 pub(crate) use linear_nodes::{are_resolved, linear_nodes, more_nodes};

@@ -1,18 +1,17 @@
 //! The legs of a solved chain as curves.
 
-use faer::{Mat, MatMut, MatRef, Scale, unzip, zip};
+use faer::{Mat, MatMut, MatRef, Scale};
 
 use super::clamped::LEVELS;
 use super::clamped_leg::ClampedLeg;
+use super::expansion::EXACT;
 use super::leg_polynomials::{covariant_derivatives, polynomials};
 use crate::legs::Dense;
+use crate::linalg::complex_embedding::times_i;
 use crate::linalg::decomp::thin_q;
+use crate::linalg::field::add;
 use crate::linalg::product::mul_add;
 use crate::space::Homogeneous;
-
-/// Largest number of nodes for which polynomials written in powers are accurate at the ends of legs: with 44,
-/// accelerations jump by up to 4e-10.
-const EXACT: usize = 32;
 
 /// The legs of a solution.
 pub(crate) struct SolvedChain {
@@ -30,17 +29,19 @@ impl SolvedChain {
         let (this, k) = (&self.legs[leg], self.legs[leg].equation.k);
         let n = self.pairs[leg].nrows();
         let lifted = |which: usize| {
-            let mut x = vec![0.0; this.equation.r * k];
+            let mut x = vec![0.0; this.equation.size()];
             this.at_end(0, which, &mut x);
-            let mut out = Mat::zeros(n, k);
+            let mut out = vec![0.0; n * k];
+            let (first, _) = out.split_at_mut(n * this.equation.stored());
             lift(
                 &self.pairs[leg..][..2],
                 self.lengths[leg],
                 1.0,
                 &mut x,
-                out.as_mut(),
+                first,
             );
-            out
+            complete(&mut out, n, this.equation.stored());
+            MatRef::from_column_major_slice(&out, n, k).to_owned()
         };
         let (s, v) = self.pairs[leg].as_ref().split_at_col(k);
         let v = v * Scale(self.lengths[leg]);
@@ -71,6 +72,11 @@ impl SolvedChain {
         Some([basis, to_basis])
     }
 
+    /// For subspaces, what turns the basis at the next knot to the one that each leg reaches.
+    pub(crate) fn turns(&self) -> Option<Vec<Mat<f64>>> {
+        self.legs.iter().map(ClampedLeg::turn).collect()
+    }
+
     /// Whether polynomials of a leg are accurate.
     pub(crate) fn is_polynomial(&self, leg: usize) -> bool {
         self.legs[leg].nodes.count() <= EXACT
@@ -87,29 +93,30 @@ impl SolvedChain {
     }
 }
 
-/// Adds a multiple of the matrix with given coordinates, which are overwritten, in a leg between two knots.
-pub(super) fn lift(
-    pairs: &[Mat<f64>],
-    h: f64,
-    factor: f64,
-    x: &mut [f64],
-    mut out: MatMut<'_, f64>,
-) {
-    let (n, k) = out.shape();
-    if x.len() == n * k {
-        let x = MatRef::from_column_major_slice(&*x, n, k);
-        zip!(out, x).for_each(|unzip!(out, x)| *out += factor * *x);
-        return;
+/// Adds a multiple of the matrix with given coordinates, which are overwritten, in a leg between two knots: the stored
+/// columns of both.
+pub(super) fn lift(pairs: &[Mat<f64>], h: f64, factor: f64, x: &mut [f64], out: &mut [f64]) {
+    if x.len() == out.len() {
+        return add(out, factor, x);
     }
-    let r = LEVELS * k;
+    let (n, size) = pairs[0].shape();
+    let (r, k) = (2 * size, size / 2);
     for column in x.chunks_exact_mut(r) {
         for (i, block) in column.chunks_exact_mut(k).enumerate() {
             let scale = if i % 2 == 0 { 1.0 } else { h };
             block.iter_mut().for_each(|x| *x *= scale);
         }
     }
-    let x = MatRef::from_column_major_slice(&*x, r, k);
+    let stored = out.len() / n;
+    let x = MatRef::from_column_major_slice(&*x, r, stored);
+    let mut out = MatMut::from_column_major_slice_mut(out, n, stored);
     for (end, pair) in pairs.iter().enumerate() {
-        mul_add(&mut out, factor, pair, x.subrows(end * 2 * k, 2 * k));
+        mul_add(&mut out, factor, pair, x.subrows(end * size, size));
     }
+}
+
+/// Writes the columns of a matrix with `n` rows that are not stored.
+pub(super) fn complete(out: &mut [f64], n: usize, stored: usize) {
+    let (first, rest) = out.split_at_mut(n * stored);
+    times_i(first, n, rest);
 }

@@ -1,15 +1,16 @@
-//! Passes boundary value problems to the solver at Gauss nodes, and its result to the Taylor method.
+//! Passes boundary value problems to the solver at Gauss nodes, and makes a curve of its result.
 
 use std::cell::Cell;
 
 use super::guess::FlatData;
 use super::initial::{Horizontal, complete_relative};
+use super::leg_path::leg_path;
 use super::packing::pack;
 use super::problem::Problem;
 use super::solution::Solution;
 use super::solver::Solver;
 use super::work::of_products;
-use crate::collocation::{BoundaryData, BoundaryLimits, Start, solve_between_ends};
+use crate::collocation::{BoundaryData, BoundaryLimits, Found, Start, solve_between_ends};
 use crate::error::Result;
 
 /// Largest number of unknowns for which one series is used instead: on St(3,1) and St(3,2) it takes less than half as long.
@@ -18,7 +19,7 @@ const FEW: usize = 6;
 /// Maximal number of steps. Random problems with distance and speeds up to 2 take 4 to 13.
 const STEPS: usize = 16;
 
-/// Part of the tolerance for the end of the curve at nodes: the end of the integrated curve differs by its truncation.
+/// Part of the tolerance for the end of the curve at nodes: the end of an integrated curve differs by its truncation.
 const SHARE: f64 = 0.5;
 
 impl Solver<'_> {
@@ -34,8 +35,8 @@ impl Solver<'_> {
         }
     }
 
-    /// The solution that Newton's method at Gauss nodes finds from `(x', x'')` at the start, integrated and compared with
-    /// the given end; `None` if it finds none, if the caller allows few steps, or in few dimensions, where other methods
+    /// The solution that Newton's method at Gauss nodes finds from `(x', x'')` at the start, compared with the given end;
+    /// `None` if it finds none, if the caller allows few steps, or in few dimensions, where other methods
     /// are quicker.
     ///
     /// # Errors
@@ -64,7 +65,15 @@ impl Solver<'_> {
             self.account_start(outcome.steps);
         }
         match outcome.found {
-            Some(bends) => self.integrated(bends.concat()),
+            Some(Found {
+                bends,
+                curve: Some(curve),
+            }) => {
+                let (blocks, tension) = (problem.blocks(), problem.target.tension);
+                let path = leg_path(&curve, 0, Some(&problem.g), blocks, problem.k, tension);
+                self.verified(bends.concat(), path)
+            }
+            Some(found) => self.integrated(found.bends.concat()),
             None => Ok(None),
         }
     }

@@ -55,20 +55,32 @@ pub(super) struct Varied {
 }
 
 impl Collocated {
+    /// Built along the given path, whose frame at the start is that of the data of the flow, or along the integrated one;
     /// `None` for curves that are too fast, whose points cannot move, or whose ends may be conjugate.
     ///
     /// # Errors
     /// `TooManySteps`, `Overflow`, `Interrupted`.
-    pub(super) fn new(flow: &LinearFlow, interrupt: Interrupt<'_>) -> Result<Option<Self>> {
+    pub(super) fn new(
+        flow: &LinearFlow,
+        path: Option<&Path>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Option<Self>> {
         let blocks = flow.blocks();
         if blocks.dim() == 0 {
             return Ok(None);
         }
-        let mut path = Path::at(start(flow), Accuracy::FULL);
-        path.extend_to(1.0, interrupt)?;
-        let Some((nodes, x, frames)) = resolved(&path) else {
+        let integrated;
+        let path = match path {
+            Some(path) => path,
+            None => {
+                integrated = integrate(flow, interrupt)?;
+                &integrated
+            }
+        };
+        let Some((nodes, x, frames)) = resolved(path) else {
             return Ok(None);
         };
+        let back = frame(blocks, path.first.s(), path.first.e());
         let size = path.r() * blocks.k;
         let coordinates = x.each_ref().map(|x| {
             let mut all = vec![0.0; nodes.len() * blocks.dim()];
@@ -98,7 +110,7 @@ impl Collocated {
         Ok(Some(Collocated {
             through: Barycentric::new(&nodes),
             frames,
-            end: &flow.frame * frame(blocks, path.last.s(), path.last.e()),
+            end: &flow.frame * (back.transpose() * frame(blocks, path.last.s(), path.last.e())),
             inside,
             rows,
         }))
@@ -318,11 +330,17 @@ impl RowResponse {
     }
 }
 
-/// The start of the curve, in coordinates in which its frame is the identity.
-fn start(flow: &LinearFlow) -> State {
-    let (data, r) = (&flow.data, flow.frame.ncols());
+/// The curve, in coordinates in which its frame at the start is that of the data.
+///
+/// # Errors
+/// `TooManySteps`, `Overflow`, `Interrupted`.
+fn integrate(flow: &LinearFlow, interrupt: Interrupt<'_>) -> Result<Path> {
+    let data = &flow.data;
     let vectors = [&data.velocity, &data.acceleration, &data.second()];
-    State::in_blocks(flow.blocks(), &Mat::identity(r, r), vectors).in_tension(data.tension)
+    let start = State::in_blocks(flow.blocks(), &data.g, vectors);
+    let mut path = Path::at(start.in_tension(data.tension), Accuracy::FULL);
+    path.extend_to(1.0, interrupt)?;
+    Ok(path)
 }
 
 /// A curve at nodes: blocks of `x, x', x''`, one node after another, and frames.
@@ -377,6 +395,7 @@ fn square(blocks: Sized, x: &[f64]) -> f64 {
 /// Frames at the nodes relative to the one at the start: the points, and normals with `N' = -S b^T`.
 fn frames(path: &Path, nodes: &Nodes, x: &[f64]) -> Vec<Mat<f64>> {
     let Sized { m, k, .. } = path.blocks;
+    let start = frame(path.blocks, path.first.s(), path.first.e());
     let (r, rows, size) = (path.r(), path.rows(), path.r() * m);
     let mut points: Vec<Mat<f64>> = Vec::with_capacity(nodes.len());
     let mut rates = Vec::with_capacity(nodes.len() * size);
@@ -384,10 +403,11 @@ fn frames(path: &Path, nodes: &Nodes, x: &[f64]) -> Vec<Mat<f64>> {
     for (t, x) in nodes.s.iter().zip(x.chunks_exact(r * k)) {
         path.point_into(*t, &mut padded);
         let point = MatRef::from_column_major_slice(&padded, rows, k).subrows(0, r);
+        let point = start.transpose() * point;
         let b = MatRef::from_column_major_slice(&x[k * k..], m, k);
-        let rate = point * b.transpose();
+        let rate = &point * b.transpose();
         rates.extend(rate.col_iter().flat_map(|column| column.iter().map(|x| -x)));
-        points.push(point.to_owned());
+        points.push(point);
     }
     let mut normals = vec![0.0; (nodes.len() + 1) * size];
     if m > 0 {

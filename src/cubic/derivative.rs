@@ -136,10 +136,9 @@ impl RiemannianCubic {
     pub fn boundary_derivative(&self, interrupt: Interrupt<'_>) -> Result<BoundaryDerivative> {
         let unit = self.reparametrised(0.0, 1.0)?;
         let ends = [unit.state(0.0)?, unit.state(1.0)?];
-        let start = ends[0].each_ref().map(|x| x.as_ref());
         Ok(BoundaryDerivative {
             span: self.t_span(),
-            cubic: LinearCubic::new(start, unit.tension(), self.quotient(), interrupt)?,
+            cubic: LinearCubic::new(&unit, interrupt)?,
             tension: unit.tension(),
             quotient: self.quotient(),
             ends,

@@ -2,6 +2,7 @@
 
 use super::at_nodes::boundary_data;
 use super::guess::FlatData;
+use super::leg_path::leg_path;
 use super::packing::pack;
 use super::problem::Problem;
 use super::solution::Solution;
@@ -30,7 +31,9 @@ impl Solver<'_> {
             return Ok(None);
         };
         self.account_start(leg.steps);
-        self.integrated(leg.start)
+        let (curve, blocks) = (leg.curve(problem.shape()), problem.blocks());
+        let path = leg_path(&curve, 0, Some(&problem.g), blocks, problem.k, 0.0);
+        self.verified(leg.start, path)
     }
 }
 

@@ -11,14 +11,15 @@ use faer::{Mat, MatRef};
 use super::collocated::Collocated;
 use super::linear_flow::{LinearFlow, VARIATION};
 use super::linear_piece::LinearPiece;
-use super::linear_start::Start;
+use super::linear_start::{Start, spanning};
 use super::packing::entries;
+use super::riemannian_cubic::RiemannianCubic;
+use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::field::add;
 use crate::linalg::product::columns;
 use crate::linalg::structure::check_range;
-use crate::space::Quotient;
 
 /// Size of frames for which series are quicker, since it is known to the compiler: derivative and gradient take 137 us and
 /// 136 us on St(3,1) and St(3,2), at nodes 247 us and 360 us. On St(4,2), (5,2), (6,3) and (8,2) series take twice as
@@ -34,23 +35,32 @@ pub(crate) struct LinearCubic {
 }
 
 impl LinearCubic {
-    /// Built from point, velocity, covariant acceleration and covariant jerk at the start, shape `(n, k)`, and the
-    /// tension.
+    /// Built for a curve on `[0, 1]`. Its path is used if it has the same time and no larger frame than the data at the start
+    /// span; otherwise the curve is integrated from there.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`,
-    /// `Interrupted`.
-    pub(crate) fn new(
-        state: [MatRef<'_, f64>; 4],
-        tension: f64,
-        quotient: Quotient,
-        interrupt: Interrupt<'_>,
-    ) -> Result<Self> {
-        let flow = LinearFlow::new(state, tension, quotient)?;
+    /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
+    pub(crate) fn new(curve: &RiemannianCubic, interrupt: Interrupt<'_>) -> Result<Self> {
+        let known = spanning(curve).filter(|start| {
+            let end = curve.state_of_path(1.0).map(|end| end.time);
+            start.time == 0.0 && end == Some(1.0)
+        });
+        let (flow, path) = match known {
+            Some(start) => {
+                let basis = curve.frame().map(|basis| basis.to_owned());
+                (LinearFlow::of_path(start, basis), Some(&**curve.path))
+            }
+            None => {
+                let state = curve.state(0.0)?;
+                let views = state.each_ref().map(|x| x.as_ref());
+                let flow = LinearFlow::new(views, curve.tension(), curve.quotient())?;
+                (flow, None)
+            }
+        };
         let cubic = LinearCubic {
             collocated: match flow.frame.shape() == BY_SERIES {
                 true => None,
-                false => Collocated::new(&flow, interrupt)?,
+                false => Collocated::new(&flow, path, interrupt)?,
             },
             series: OnceLock::new(),
             flow,
@@ -214,8 +224,11 @@ fn pulled_back(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cubic::BoundaryOptions;
     use crate::cubic::linear_flow::tests::{SHAPES, flow, tangent};
     use crate::linalg::structure::norm;
+    use crate::manifold::QuasiGeodesic;
+    use crate::space::Quotient;
 
     /// Within, at the ends of and outside `[0, 1]`.
     const TIMES: [f64; 6] = [0.3, 0.0, 1.0, 0.71, 1.2, -0.1];
@@ -245,30 +258,36 @@ mod tests {
 
     /// Compares the method at Gauss nodes with series.
     fn check(flow: LinearFlow, what: &str) {
-        let [series, cubic] = [false, true].map(|is_collocated| LinearCubic {
-            collocated: match is_collocated {
-                true => Collocated::new(&flow, Interrupt::NEVER).unwrap(),
-                false => None,
-            },
+        let cubic = LinearCubic {
+            collocated: Collocated::new(&flow, None, Interrupt::NEVER).unwrap(),
             series: OnceLock::new(),
-            flow: flow.clone(),
-        });
+            flow,
+        };
+        check_cubic(&cubic, what);
+    }
+
+    fn check_cubic(cubic: &LinearCubic, what: &str) {
+        let series = LinearCubic {
+            collocated: None,
+            series: OnceLock::new(),
+            flow: cubic.flow.clone(),
+        };
         assert!(cubic.collocated.is_some(), "{what}");
         let end = series.series(Interrupt::NEVER).unwrap().frame(1);
-        let (z, cotangents) = data(&cubic, end);
+        let (z, cotangents) = data(cubic, end);
         let [expected, found] =
-            [&series, &cubic].map(|cubic| cubic.at_start(&z, Interrupt::NEVER).unwrap());
+            [&series, cubic].map(|cubic| cubic.at_start(&z, Interrupt::NEVER).unwrap());
         let scale = expected.iter().map(|x| norm(x.as_ref())).sum::<f64>();
         for (found, expected) in found.iter().zip(&expected) {
             assert_close(found, expected, scale, what);
         }
         let [expected, found] =
-            [&series, &cubic].map(|cubic| cubic.points(&z, &TIMES, Interrupt::NEVER).unwrap());
+            [&series, cubic].map(|cubic| cubic.points(&z, &TIMES, Interrupt::NEVER).unwrap());
         for (found, expected) in found.iter().zip(&expected) {
             assert_close(found, expected, 10.0 * norm(expected.as_ref()), what);
         }
         let views: Vec<MatRef<'_, f64>> = cotangents.iter().map(|x| x.as_ref()).collect();
-        let [expected, found] = [&series, &cubic]
+        let [expected, found] = [&series, cubic]
             .map(|cubic| cubic.pull_back(&TIMES, &views, Interrupt::NEVER).unwrap());
         let scale = expected.iter().map(|x| norm(x.as_ref())).sum::<f64>();
         for (found, expected) in found.iter().zip(&expected) {
@@ -289,6 +308,41 @@ mod tests {
                     check(flow, &format!("{shape:?} {quotient:?} {tension} {speed}"));
                 }
             }
+        }
+    }
+
+    /// Polynomial paths of boundary value problems, in the coordinates of a basis and without one.
+    #[test]
+    fn paths_of_solutions_are_used() {
+        for shape in [[4, 1], [4, 2], [12, 2], [5, 4], [4, 4], [20, 3]] {
+            let flow = flow(shape, 0.0, 1.0, Quotient::Frames);
+            let s0 = flow.frame.subcols(0, shape[1]).to_owned();
+            let raw = |seed: f64| {
+                let entry = |i: usize, j: usize| (seed * (1 + i + 3 * j) as f64).sin();
+                let v = tangent(
+                    Quotient::Frames,
+                    s0.as_ref(),
+                    &Mat::from_fn(shape[0], shape[1], entry),
+                );
+                &v * faer::Scale(0.8 / norm(v.as_ref()))
+            };
+            let [v0, way] = [1.3, 2.1].map(raw);
+            let s1 = QuasiGeodesic::from_velocity(s0.as_ref(), way.as_ref()).unwrap();
+            let s1 = s1.point(1.0).unwrap();
+            let v1 = tangent(Quotient::Frames, s1.as_ref(), &raw(0.7));
+            let data = [&s0, &v0, &s1, &v1].map(|x| x.as_ref());
+            let options = BoundaryOptions::default();
+            let [s0, v0, s1, v1] = data;
+            let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options).unwrap();
+            let cubic = LinearCubic::new(&curve, Interrupt::NEVER).unwrap();
+            assert_eq!(cubic.flow.frame.nrows(), shape[0]);
+            let start = curve.path.ends()[0];
+            assert_eq!(
+                cubic.flow.data.g[(0, 0)],
+                start.s()[0],
+                "its path is not used"
+            );
+            check_cubic(&cubic, &format!("{shape:?}"));
         }
     }
 
@@ -316,7 +370,7 @@ mod tests {
     fn huge_and_tiny_variations_are_scaled() {
         let flow = flow([5, 2], 0.0, 1.0, Quotient::Frames);
         let cubic = LinearCubic {
-            collocated: Collocated::new(&flow, Interrupt::NEVER).unwrap(),
+            collocated: Collocated::new(&flow, None, Interrupt::NEVER).unwrap(),
             series: OnceLock::new(),
             flow,
         };
@@ -335,7 +389,7 @@ mod tests {
     #[test]
     fn fast_curves_are_treated_by_series() {
         let flow = flow([3, 1], 0.0, 12.0, Quotient::Frames);
-        let collocated = Collocated::new(&flow, Interrupt::NEVER).unwrap();
+        let collocated = Collocated::new(&flow, None, Interrupt::NEVER).unwrap();
         assert!(collocated.is_none());
         assert!(LinearPiece::new(Start::of_flow(&flow), Interrupt::NEVER).is_ok());
     }

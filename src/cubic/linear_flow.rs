@@ -31,6 +31,7 @@ use faer::{Mat, MatRef, Scale};
 
 use super::blocks::{Blocks, Sized};
 use super::initial::{Horizontal, InitialData};
+use super::state::State;
 use super::taylor::{Accuracy, March};
 use super::turning::{bracket, turned};
 use super::variation::{Reached, start, vary};
@@ -66,12 +67,42 @@ impl LinearFlow {
         tension: f64,
         quotient: Quotient,
     ) -> Result<Self> {
-        let data = InitialData::new(s, v, a, j, quotient)?.in_tension(tension);
+        Ok(Self::of_data(
+            InitialData::new(s, v, a, j, quotient)?.in_tension(tension),
+        ))
+    }
+
+    fn of_data(data: InitialData) -> Self {
         let frame = match &data.frame {
             Some(basis) => basis * &data.g,
             None => data.g.clone(),
         };
-        Ok(LinearFlow { data, frame })
+        LinearFlow { data, frame }
+    }
+
+    /// Built from the start of a path in the coordinates of a basis.
+    pub(super) fn of_path(start: &State, basis: Option<Mat<f64>>) -> Self {
+        let Sized { m, k, quotient, .. } = start.blocks;
+        let r = m + k;
+        let horizontal = |order: usize| Horizontal {
+            omega: MatRef::from_column_major_slice(start.omega(order), k, k).to_owned(),
+            normal: MatRef::from_column_major_slice(start.b(order), m, k).to_owned(),
+        };
+        let [velocity, acceleration, second] = [0, 1, 2].map(horizontal);
+        // j = x'' + [x, x']_m / 2.
+        let jerk = match quotient {
+            Quotient::Frames => second.plus_bracket(0.5, &velocity, &acceleration),
+            Quotient::Subspaces => second,
+        };
+        Self::of_data(InitialData {
+            frame: basis,
+            g: MatRef::from_column_major_slice(&start.entries[..r * r], r, r).to_owned(),
+            velocity,
+            acceleration,
+            jerk,
+            tension: start.tension,
+            quotient,
+        })
     }
 
     /// Rows and columns of the blocks in the span.

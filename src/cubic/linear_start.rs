@@ -5,6 +5,7 @@ use super::initial::Horizontal;
 use super::linear_flow::LinearFlow;
 use super::packing::{entries, pack, pack_blocks};
 use super::riemannian_cubic::RiemannianCubic;
+use super::state::State;
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::linalg::product::{columns, columns_mut, mul_into};
@@ -21,6 +22,15 @@ pub(crate) struct Start {
     pub(super) tension: f64,
     /// Rows of a point.
     pub(super) n: usize,
+}
+
+/// The state of a curve's path at time 0, if its path begins there and its frame is no larger than the span of a point and
+/// three vectors, with vectors in it.
+pub(super) fn spanning(curve: &RiemannianCubic) -> Option<&State> {
+    curve.state_of_path(0.0).filter(|state| {
+        let Sized { m, k, .. } = state.blocks;
+        m <= 3 * k && (m > 0 || m + k == curve.n())
+    })
 }
 
 impl Start {
@@ -45,11 +55,7 @@ impl Start {
     /// # Errors
     /// The errors of evaluating the curve, if its path does not begin there or has too large a span.
     pub(crate) fn of_curve(curve: &RiemannianCubic) -> Result<Self> {
-        // No larger than the span of a point and three vectors, and with vectors in it.
-        let found = curve.state_of_path(0.0).filter(|state| {
-            let Sized { m, k, .. } = state.blocks;
-            m <= 3 * k && (m > 0 || m + k == curve.n())
-        });
+        let found = spanning(curve);
         let Some(state) = found else {
             let data = curve.state(0.0)?;
             let views = data.each_ref().map(|x| x.as_ref());

@@ -52,6 +52,7 @@ mod interval;
 pub(crate) mod lazy_path;
 pub(crate) mod leg;
 pub(crate) mod leg_of_blocks;
+pub(crate) mod leg_path;
 pub(crate) mod linear_cubic;
 pub(crate) mod linear_flow;
 mod linear_layout;

@@ -2,7 +2,7 @@
 
 use faer::{MatMut, MatRef};
 
-use super::blocks::{Blocks, Fixed, Sized, block};
+use super::blocks::{Blocks, Fixed, Series, Sized, block};
 use super::state::State;
 use super::taylor::{Accuracy, March, too_many_steps};
 use crate::curve::gauss_legendre::{PANEL, POINTS};
@@ -187,8 +187,8 @@ impl Path {
             ..
         } = self;
         let (pieces_before, size) = (pieces.len(), self.accuracy.order + 1);
-        let (k, m, normals) = (blocks.k(), blocks.normals(), blocks.m::<f64>());
-        let (k2, rk, vector) = (k * k, blocks.r::<f64>() * k, k * (k + m));
+        let k = blocks.k();
+        let (rk, vector) = (blocks.r::<f64>() * k, k * (k + blocks.normals()));
         pieces.reserve(USUAL_STEPS);
         points.reserve(USUAL_STEPS * size * rk);
         vectors.reserve(USUAL_STEPS * size * vector);
@@ -208,13 +208,7 @@ impl Path {
                 center: start,
             });
             points.extend_from_slice(&series.s()[..size * rk]);
-            for j in 0..size {
-                vectors.extend_from_slice(&series.omega(0)[block(j, k2)]);
-                let b = &series.b(0)[block(j, normals * k)];
-                for col in 0..k {
-                    vectors.extend_from_slice(&b[normals * col..][..m]);
-                }
-            }
+            push_vectors(blocks, series, size, vectors);
             Ok(())
         });
         if let Err(error) = outcome {
@@ -438,6 +432,20 @@ fn shift_in_registers<const SIZE: usize, const N: usize>(
     }
     for (out, sums) in out.iter_mut().zip(&sums) {
         out.copy_from_slice(sums);
+    }
+}
+
+/// Appends the coefficients of `omega` and of `b` without its padding. All sizes come from the blocks, so that they are
+/// constants where the blocks are: with captured ones, a curve on the sphere takes 0.5 us more.
+fn push_vectors(blocks: impl Blocks, series: &Series<f64>, count: usize, out: &mut Vec<f64>) {
+    let (k, m, padded) = (blocks.k(), blocks.normals(), blocks.m::<f64>());
+    let (omega, b) = (series.omega(0), series.b(0));
+    for j in 0..count {
+        out.extend_from_slice(&omega[block(j, k * k)]);
+        let b = &b[block(j, padded * k)];
+        for col in 0..k {
+            out.extend_from_slice(&b[padded * col..][..m]);
+        }
     }
 }
 

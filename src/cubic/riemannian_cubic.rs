@@ -34,10 +34,10 @@ use crate::space::Quotient;
 /// ```
 ///
 /// An integrated curve is stored as one Taylor polynomial per step, of order 20 (lower for a larger tolerance), in the
-/// `r <= min(n, 4k)` dimensions spanned by its initial data. A piece of a spline that was solved by series or
-/// collocation is one polynomial about the middle of its leg, whose order depends on how fast the leg turns, in the `r`
-/// dimensions spanned by the knots, or by the data at the ends of the leg. With order `p`, evaluating a point costs `p r
-/// k` multiplications, and one product to lift it to `n` rows.
+/// `r <= min(n, 4k)` dimensions spanned by its initial data. A solution of a boundary value problem or a piece of a
+/// spline that was found by series or collocation is one polynomial about its middle, whose order depends on how fast it
+/// turns, in the `r` dimensions spanned by the knots, or by the data at its ends. With order `p`, evaluating a point costs
+/// `p r k` multiplications, and one product to lift it to `n` rows.
 ///
 /// Outside [`t_span`](Curve::t_span) the curve is extended by integration, once per call;
 /// [`RiemannianCubic::restricted`] returns a curve that keeps the extension.
@@ -149,8 +149,10 @@ impl RiemannianCubic {
 
     /// The curve of subspaces with bases `Y Q` for an orthogonal `Q`, shape `(k, k)`.
     pub(crate) fn in_terms_of(&self, q: MatRef<'_, f64>) -> Self {
+        let (path, q) = (Arc::clone(&self.path), q.to_owned());
+        let turned = LazyPath::of(move || path.in_terms_of(q.as_ref()));
         RiemannianCubic {
-            path: Arc::new(self.path.in_terms_of(q).into()),
+            path: Arc::new(turned),
             ..self.clone()
         }
     }

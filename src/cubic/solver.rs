@@ -5,6 +5,7 @@ use super::boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 use super::continuation::{MAX_STEPS, Next, Tracer};
 use super::end_map::EndMap;
 use super::homotopy::Homotopy;
+use super::path::Path;
 use super::problem::Problem;
 use super::random::Random;
 use super::shooting::ROUND_OFF;
@@ -184,8 +185,8 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// The solution with the given `(x', x'')` at the start, integrated, or the one to which shooting leads from there if
-    /// its end is not near enough; `None` if there is none, or if the curve cannot be integrated.
+    /// As [`verified`](Self::verified), for the curve with the given `(x', x'')` at the start; `None` also if it cannot be
+    /// integrated.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -196,6 +197,15 @@ impl<'a> Solver<'a> {
             Err(_) => return Ok(None),
         };
         self.map.count(work_of_curve(self.problem.blocks()));
+        self.verified(start, path)
+    }
+
+    /// The solution with the given curve, or the one to which shooting leads from `(x', x'')` at its start if its end is not
+    /// near enough; `None` if there is none.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub(super) fn verified(&mut self, start: Vec<f64>, path: Path) -> Result<Option<Solution>> {
         let distance = self.problem.distance(&path);
         if distance > self.tolerance {
             return self.by_shooting(&start, None);

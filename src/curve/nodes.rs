@@ -115,13 +115,10 @@ impl Nodes {
         Arc::clone(nodes.or_insert_with(|| Arc::new(Nodes::new(count))))
     }
 
-    /// Maps values at these nodes to values at other nodes, and to integrals from 0 to those nodes and to 1.
-    pub(crate) fn onto(&self, others: &Nodes) -> [Vec<f64>; 2] {
-        let mut points = others.s.clone();
-        points.push(1.0);
-        let [mut values, integrals, ..] = self.integrals_at(&points);
-        values.truncate(others.len() * self.len());
-        [values, integrals]
+    /// The matrix from values at these nodes to the values of the polynomials at other nodes, row by row.
+    pub(crate) fn onto(&self, others: &Nodes) -> Vec<f64> {
+        let [values, ..] = self.integrals_at(&others.s);
+        values
     }
 }
 

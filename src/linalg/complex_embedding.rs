@@ -12,6 +12,7 @@
 
 use faer::{Mat, MatMut, MatRef, c64};
 
+use super::dual::Number;
 use crate::error::{Error, Result};
 
 /// Allowed distance of results of the real library from the embedded set, relative to their norm if it exceeds 1.
@@ -45,6 +46,19 @@ pub fn embed(s: MatRef<'_, c64>) -> Mat<f64> {
     let mut out = Mat::zeros(2 * s.nrows(), 2 * s.ncols());
     embed_into(out.as_mut(), s);
     out
+}
+
+/// `out = i x` for complex numbers in blocks of `size` real ones, real parts before imaginary ones: the second half of
+/// the columns of an embedded matrix from the first half.
+#[inline(always)]
+pub(crate) fn times_i<T: Number>(x: &[T], size: usize, out: &mut [T]) {
+    for (x, out) in x.chunks_exact(size).zip(out.chunks_exact_mut(size)) {
+        let ((re, im), (upper, lower)) = (x.split_at(size / 2), out.split_at_mut(size / 2));
+        for (out, x) in upper.iter_mut().zip(im) {
+            *out = -*x;
+        }
+        lower.copy_from_slice(re);
+    }
 }
 
 /// Writes the complex matrix whose embedding is nearest to `a`, shape `(2n, 2k)`, to `out`, shape `(n, k)`: the mean of

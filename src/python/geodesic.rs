@@ -342,6 +342,6 @@ impl PyGeodesic {
     ) -> PyResult<PyClassInitializer<Self>> {
         let curve = Arc::new(curve);
         let inner = Arc::clone(&curve) as _;
-        wrap(py, inner, field, PyGeodesic { curve, field })
+        wrap_checked(py, inner, field, PyGeodesic { curve, field })
     }
 }

@@ -200,7 +200,11 @@ impl Spline {
             report: self.report,
             cubics: self.cubics,
         };
-        wrap(py, this.cubics.curve(), field, this)
+        let curve = this.cubics.curve();
+        match this.cubics {
+            Cubics::Riemannian(_) => Ok(wrap(curve, field, this)),
+            _ => wrap_checked(py, curve, field, this),
+        }
     }
 
     /// The positions or the velocities at its knots.

@@ -338,7 +338,7 @@ impl PyGeometricPolynomial {
         report: Option<SolverReport>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let inner = Arc::clone(&curve) as _;
-        wrap(py, inner, field, PyGeometricPolynomial { curve, report })
+        wrap_checked(py, inner, field, PyGeometricPolynomial { curve, report })
     }
 
     /// The stored form of a kind of curve.

@@ -17,7 +17,7 @@ pub(super) use super::convert::{
     Any, Array, Named, Owned, collected, count, freeze, is_second, named, numpy, read, read_axes,
     to_array, tuple, two, unexpected, whole, write,
 };
-pub(super) use super::curve::{PyCurve, object, wrap};
+pub(super) use super::curve::{PyCurve, object, wrap, wrap_checked};
 pub(super) use super::error::{PySolverReport, at_knot, at_member, ensure, invalid};
 pub(super) use super::field::{Field, Four, Numbers};
 pub(super) use crate::curve::any_curve::AnyCurve;

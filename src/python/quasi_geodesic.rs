@@ -70,6 +70,6 @@ impl PyQuasiGeodesic {
         let data = Points::frames(Projection::of(project)).matrices(field, arguments)?;
         let make = move |[point, other]: [MatRef<'_, f64>; 2], _: Interrupt<'_>| make(point, other);
         let curve = run_on(py, field, data, 1.0, make)?;
-        wrap(py, Arc::new(curve), field, PyQuasiGeodesic)
+        wrap_checked(py, Arc::new(curve), field, PyQuasiGeodesic)
     }
 }

@@ -17,12 +17,17 @@ use crate::stored::{Stored, refusal};
 #[pyfunction]
 pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
     let py = form.py();
-    let form = Form::of(form)?;
+    let curve = curve_of(py, Form::of(form)?)?;
+    curve.bind(py).cast::<PyCurve>()?.get().check_complex(py)?;
+    Ok(curve)
+}
+
+fn curve_of(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
     let field = form.field;
     match form.kind.as_str() {
         QuasiGeodesic::KIND => {
             let curve = form.read(py, QuasiGeodesic::restore)?;
-            object(py, wrap(py, Arc::new(curve), field, PyQuasiGeodesic)?)
+            object(py, wrap(Arc::new(curve), field, PyQuasiGeodesic))
         }
         Geodesic::KIND => {
             let curve = form.read(py, Geodesic::restore)?;

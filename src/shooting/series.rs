@@ -158,6 +158,9 @@ impl<T: Field> Series<T> {
             let pairs = (0..=k).map(|i| (&known[i * square..], &matrices[(k - i) * square..]));
             let factor = 1.0 / (k + 1) as f64;
             for row in 0..r {
+                if copy_partner(space, row, next) {
+                    continue;
+                }
                 let mut column = 0;
                 while column < r {
                     // As many leading entries of a column of `x` as of a row may be nonzero.
@@ -321,6 +324,23 @@ pub(super) fn at_opposite_times<T: Field>(
         }
         (before[p], after[p]) = (even - odd, even + odd);
     }
+}
+
+/// Copies a row of an element of the group from the partner before it; `false` if there is none.
+#[inline(always)]
+fn copy_partner<T: Field>(space: impl Homogeneous, row: usize, matrix: &mut [T]) -> bool {
+    let r = space.size();
+    let Some((before, sign)) = space.partner(row).filter(|(partner, _)| *partner < row) else {
+        return false;
+    };
+    let (known, rest) = matrix.split_at_mut(row * r);
+    let known = &known[before * r..][..r];
+    for (j, entry) in rest[..r].iter_mut().enumerate() {
+        if let Some((column, other)) = space.partner(j) {
+            *entry = known[column] * (sign * other);
+        }
+    }
+    true
 }
 
 /// The pairs of `w_s`, with their weights.

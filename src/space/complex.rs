@@ -78,16 +78,6 @@ impl ComplexSpace {
         }
     }
 
-    /// The row that holds the other part of a complex row, and the sign with which the complex structure acts there.
-    #[inline(always)]
-    fn partner(self, row: usize) -> (usize, f64) {
-        let Block { first, size } = self.block_of(row);
-        match row < first + size {
-            true => (row + size, 1.0),
-            false => (row - size, -1.0),
-        }
-    }
-
     /// `out = q_2 b q_1^T` for the columns of `b`, where `q_1, q_2` are the diagonal blocks of `q` or of its transpose;
     /// `q_1` only for subspaces.
     #[inline(always)]
@@ -238,13 +228,12 @@ impl Homogeneous for ComplexSpace {
     }
 
     #[inline(always)]
-    fn copy_of(self, row: usize, column: usize) -> Option<([usize; 2], f64)> {
-        let [(i, sign), (j, other)] = [row, column].map(
-            #[inline(always)]
-            |row| self.partner(row),
-        );
-        // The imaginary part on the diagonal is its own copy.
-        ([i, j] != [column, row]).then_some(([i, j], sign * other))
+    fn partner(self, row: usize) -> Option<(usize, f64)> {
+        let Block { first, size } = self.block_of(row);
+        Some(match row < first + size {
+            true => (row + size, 1.0),
+            false => (row - size, -1.0),
+        })
     }
 
     #[inline(always)]
@@ -351,7 +340,7 @@ mod tests {
         let r = space.r;
         let mut out = vec![0.0; r * r];
         for row in 0..r {
-            let (other, sign) = space.partner(row);
+            let (other, sign) = space.partner(row).unwrap();
             out[other * r + row] = sign;
         }
         out

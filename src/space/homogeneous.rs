@@ -67,10 +67,19 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         1.0
     }
 
-    /// Another entry that always equals the given one up to a sign, and that sign.
+    /// In a group of embedded complex matrices, the row or column that the complex structure exchanges with the given one,
+    /// and the sign with which it acts there. Entry `(i, j)` of an element times both signs is the entry of both partners.
     #[inline(always)]
-    fn copy_of(self, _row: usize, _column: usize) -> Option<([usize; 2], f64)> {
+    fn partner(self, _row: usize) -> Option<(usize, f64)> {
         None
+    }
+
+    /// Another entry of a skew matrix that always equals the given one up to a sign, and that sign.
+    #[inline(always)]
+    fn copy_of(self, row: usize, column: usize) -> Option<([usize; 2], f64)> {
+        let ((i, sign), (j, other)) = (self.partner(row)?, self.partner(column)?);
+        // The imaginary part on the diagonal is its own copy.
+        ([i, j] != [column, row]).then_some(([i, j], sign * other))
     }
 
     /// Writes entry `(i, j)` of a skew matrix, and its copies, from a coordinate.

@@ -224,6 +224,10 @@ impl InEmbedding for Ambient<'_> {
         None
     }
 
+    fn kind(&self) -> Kind {
+        self.kind
+    }
+
     fn space(&self) -> (Sized, usize) {
         let (n, k) = self.points[0].shape();
         let r = n.min(4 * k);

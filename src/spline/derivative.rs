@@ -213,9 +213,7 @@ impl SplineDerivative {
             return Ok(None);
         }
         let curve = &self.curve.pieces()[piece];
-        let (state, quotient) = (curve.state(0.0)?, Curve::quotient(curve));
-        let views = state.each_ref().map(|x| x.as_ref());
-        LinearCubic::new(views, curve.tension(), quotient, interrupt).map(Some)
+        LinearCubic::new(curve, interrupt).map(Some)
     }
 
     /// The gradient with respect to all data of `sum tr(W^T S(t))` over cotangents `W` at given times `t`.

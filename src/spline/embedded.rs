@@ -6,17 +6,17 @@ use faer::{Mat, MatRef};
 
 use super::chain::{Chain, Piece};
 use super::ends::{End, Ends};
-use super::leg_path::leg_path;
 use super::motion::Motion;
 use super::solvable::{Effort, Solution, SolvedLegs};
 use crate::collocation::{self, Near};
 use crate::cubic::blocks::Sized;
 use crate::cubic::lazy_path::LazyPath;
+use crate::cubic::leg_path::leg_path;
 use crate::cubic::packing::entries;
 use crate::cubic::work::of_products;
 use crate::error::Result;
 use crate::legs::{Knots, Options};
-use crate::space::in_space;
+use crate::space::{Kind, in_space};
 
 /// Largest ratio of the lengths of neighbouring legs for which legs in the embedding are used. They meet the tolerance in
 /// the time of the shorter leg; in the time of the longer one, accelerations jump by 1e-9 to 6e-9 at a ratio of 1000, and
@@ -36,6 +36,9 @@ pub(super) trait InEmbedding: Chain {
 
     /// Frames at the knots that begin with the points, if there are any.
     fn frames_of_space(&self) -> Option<Arc<[Mat<f64>]>>;
+
+    /// The meaning of the points and their scalars.
+    fn kind(&self) -> Kind;
 
     /// The space of the equations, and the number of columns of a point.
     fn space(&self) -> (Sized, usize);
@@ -104,7 +107,7 @@ pub(super) trait InEmbedding: Chain {
             interrupt: effort.interrupt,
         };
         let chain = collocation::Chain {
-            quotient: self.space().0.quotient,
+            kind: self.kind(),
             points: &points,
             knots: &knots,
         };
@@ -129,6 +132,7 @@ pub(super) trait InEmbedding: Chain {
         }
         let legs = report.converged.then(|| SolvedLegs {
             polynomials: None,
+            turns: solved.turns().map(Arc::from),
             piece: self.embedded_piece(solved),
         });
         Ok(Some(Solution {
@@ -154,11 +158,11 @@ pub(super) trait InEmbedding: Chain {
                 (Some([basis, map]), _) => {
                     let r = basis.ncols();
                     let spanned = Sized::new(r - columns, columns, blocks.quotient);
-                    (Some(basis), map, Mat::identity(r, r), spanned)
+                    (Some(basis), map, None, spanned)
                 }
                 (None, frames) => {
                     let frame = frames.as_ref()?[leg].clone();
-                    (None, frame.transpose().to_owned(), frame, blocks)
+                    (None, frame.transpose().to_owned(), Some(frame), blocks)
                 }
             };
             let (solved, tension) = (Arc::clone(&solved), tension * lengths[leg].powi(2));
@@ -166,7 +170,7 @@ pub(super) trait InEmbedding: Chain {
                 let to_basis = to_basis.as_ref();
                 let dense = in_space!(blocks.shape(), |space| solved
                     .polynomials(space, leg, to_basis));
-                leg_path(&dense, 0, &frame, blocks, columns, tension)
+                leg_path(&dense, 0, frame.as_ref(), blocks, columns, tension)
             };
             Some((basis, LazyPath::of(path)))
         })

@@ -11,12 +11,12 @@ use super::ends::Ends;
 use super::framed::{Framed, coordinates};
 use super::interpolation::Interpolation;
 use super::iteration::Iteration;
-use super::leg_path::leg_path;
 use super::motion::Motion;
 use super::solvable::{Effort, Solution, Solvable, SolvedLegs, Start};
 use crate::collocation::Near;
 use crate::cubic::blocks::Sized;
 use crate::cubic::lazy_path::LazyPath;
+use crate::cubic::leg_path::leg_path;
 use crate::cubic::path::Path;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::of_products;
@@ -25,7 +25,7 @@ use crate::interrupt::Interrupt;
 use crate::legs::{Curves, Knots, Options};
 use crate::linalg::lanes::Lanes;
 use crate::shooting;
-use crate::space::{Homogeneous, ScalarField, in_space};
+use crate::space::{Homogeneous, Kind, ScalarField, in_space};
 
 /// Largest rotation of a leg, in radians, for which series are used, if velocities at the ends are
 /// given and if they are not; for faster starts the legs are integrated from the beginning. With 6 for given end
@@ -42,9 +42,9 @@ const FAST_WITH_FREE_ENDS: f64 = 12.0;
 /// St(12,1) and St(12,2) (111 and 193), 0.8 on Gr(10,2) (102).
 const EMBEDDED: f64 = 100.0;
 
-/// The same for complex points, for which series take longer: 2.3 times as long on St(3,2) (5), 1.0 on St(5,2) (26), 0.7
-/// on St(6,2) (42), 0.4 on St(8,2) (86).
-const EMBEDDED_COMPLEX: f64 = 40.0;
+/// The same for complex points: legs in the embedding take 2.6 times as long on St(3,2) (5), 1.5 on St(4,3) (12), 1.4 on
+/// St(4,2) (14), 0.7 on St(5,2) (26).
+const EMBEDDED_COMPLEX: f64 = 20.0;
 
 /// Largest number of dimensions in which series are tried where legs in the embedding fail: that of rotations in twelve
 /// dimensions. With integrated legs in their place, five splines through 20 points 2.8 apart on St(10,9) are not solved.
@@ -228,10 +228,18 @@ impl Framed<'_> {
         let path = Arc::new(move |leg: usize| {
             let (polynomials, which) = known.of_leg(leg);
             let tension = tension * lengths[leg].powi(2);
-            leg_path(polynomials, which, &frames[leg], blocks, columns, tension)
+            leg_path(
+                polynomials,
+                which,
+                Some(&frames[leg]),
+                blocks,
+                columns,
+                tension,
+            )
         });
         SolvedLegs {
             polynomials: Some(curves),
+            turns: None,
             piece: Arc::new(move |leg| {
                 let path = Arc::clone(&path);
                 Some((None, LazyPath::of(move || path(leg))))
@@ -259,6 +267,10 @@ impl InEmbedding for Framed<'_> {
 
     fn frames_of_space(&self) -> Option<Arc<[Mat<f64>]>> {
         Some(self.frames())
+    }
+
+    fn kind(&self) -> Kind {
+        self.blocks().kind()
     }
 
     fn space(&self) -> (Sized, usize) {

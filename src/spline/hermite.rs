@@ -65,7 +65,7 @@ pub fn subspace_hermite(
     let curve = pieces(quotient, t, points, velocities, |y0, v0, y1, v1| {
         RiemannianCubic::between_subspaces(y0, v0, y1, v1, options)
     })?;
-    let pieces = joined(quotient, None, curve.pieces().to_vec())?;
+    let pieces = joined(quotient, None, curve.pieces().to_vec(), None)?;
     Ok(Piecewise::new(t.to_vec(), pieces))
 }
 

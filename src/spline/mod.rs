@@ -32,7 +32,6 @@ mod knot_gradient;
 mod knot_states;
 mod knot_system;
 mod knots;
-mod leg_path;
 mod linearised;
 mod links;
 mod low_cost;

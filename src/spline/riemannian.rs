@@ -73,8 +73,9 @@ pub(crate) fn cubic_spline_of_legs(
     let solved = problem.solve(options);
     let (pieces, solution) =
         solved.map_err(|error| advised_knots(error, options.quotient, points))?;
+    let first = problem.knots.first_turn();
+    let pieces = joined(options.quotient, first, pieces, solution.turns())?;
     let curves = solution.legs.and_then(|legs| legs.polynomials);
-    let pieces = joined(options.quotient, problem.knots.first_turn(), pieces)?;
     Ok((Piecewise::new(t.to_vec(), pieces), solution.report, curves))
 }
 

@@ -257,7 +257,7 @@ fn smoothed(
     Ok(SmoothingSpline {
         curve: Piecewise::new(
             grouped.t,
-            joined(options.quotient, knots.first_turn(), solved.pieces)?,
+            joined(options.quotient, knots.first_turn(), solved.pieces, None)?,
         ),
         lambda,
         misfit: solved.misfit * heaviest,

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use faer::Mat;
+
 use super::chain::{Chain, Piece};
 use super::ends::Ends;
 use super::motion::Motion;
@@ -70,9 +72,16 @@ pub(super) struct SolvedLegs {
     pub(super) polynomials: Option<Arc<dyn Curves>>,
     /// The curve of a leg; `None` if it has to be integrated.
     pub(super) piece: Arc<dyn Fn(usize) -> Option<Piece> + Send + Sync>,
+    /// For subspaces, what turns the basis at the next knot to the one that a leg reaches, if the solver computes it.
+    pub(super) turns: Option<Arc<[Mat<f64>]>>,
 }
 
 impl Solution {
+    /// The [turns](SolvedLegs::turns) of the legs.
+    pub(super) fn turns(&self) -> Option<&[Mat<f64>]> {
+        self.legs.as_ref()?.turns.as_deref()
+    }
+
     /// No solution, with the reason in the report.
     pub(super) fn none(report: SolverReport) -> Self {
         Solution {

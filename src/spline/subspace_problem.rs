@@ -209,7 +209,7 @@ impl<'a> SubspaceProblem<'a> {
         };
         let piece = |leg: usize| self.chain.piece(leg, solution, self.options.interrupt);
         let pieces = pieces(1, &space, piece)?;
-        let mut pieces = joined(Quotient::Subspaces, self.knots.first_turn(), pieces)?;
+        let mut pieces = joined(Quotient::Subspaces, self.knots.first_turn(), pieces, None)?;
         Ok(pieces.remove(0).with_report(report))
     }
 }

@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef};
 use stiefel_rs::cubic::{BoundaryOptions, BoundaryStrategy, IntegrationOptions};
 use stiefel_rs::linalg::complex_embedding::embed;
-use stiefel_rs::{Curve, RiemannianCubic, ScalarField};
+use stiefel_rs::{Curve, Result, RiemannianCubic, ScalarField};
 
 use crate::common::{
     Rng, Worst, assert_within, cyclic_permutation, distance, gaussian, identity, negate_column,
@@ -33,6 +33,7 @@ fn assert_is_solution(data: &Data, options: &BoundaryOptions<'_>, what: &str) {
         assert_eq!(report.strategy, BoundaryStrategy::Direct, "{what}");
         assert_eq!(report.starts, 1, "{what}: not solved at nodes");
         assert_within(data.defect(&curve), END, what);
+        assert_is_cubic(&curve, what);
         curve
     });
     let mut worst = Worst::new(what);
@@ -43,6 +44,48 @@ fn assert_is_solution(data: &Data, options: &BoundaryOptions<'_>, what: &str) {
     }
     // Both solutions have residuals up to 1e-12, which grow inside.
     worst.assert_at_most(1e-11);
+}
+
+/// Asserts that a curve, a polynomial or several, has the derivatives of the cubic integrated from its start.
+fn assert_is_cubic(curve: &RiemannianCubic, what: &str) {
+    let [s, v, a, j] = [
+        curve.point(0.0),
+        curve.derivative(0.0, 1),
+        curve.acceleration(0.0),
+        curve.jerk(0.0),
+    ]
+    .map(Result::unwrap);
+    let options = IntegrationOptions {
+        tension: curve.tension(),
+        ..Default::default()
+    };
+    let [s, v, a, j] = [&s, &v, &a, &j].map(|x| x.as_ref());
+    let integrated = RiemannianCubic::from_initial(s, v, a, j, &options).unwrap();
+    for order in 0..4 {
+        let at = |curve: &RiemannianCubic, t: f64| curve.derivative(t, order).unwrap();
+        for t in [0.0, 0.1, 0.37, 0.5, 0.8, 1.0] {
+            let (found, exact) = (at(curve, t), at(&integrated, t));
+            let size = 1.0 + exact.norm_l2();
+            let what = format!("{what}, derivative {order} at {t}");
+            assert_within(distance(&found, &exact), 5e-12 * size, &what);
+        }
+    }
+}
+
+/// The solution of a single series.
+#[test]
+fn random_data_in_few_dimensions() {
+    let mut rng = Rng::new(66);
+    for shape in [(2, 1), (3, 1), (4, 1), (2, 2), (3, 2), (3, 3)] {
+        for size in [0.1, 0.6, 1.2] {
+            let s0 = random_point(shape.0, shape.1, &mut rng);
+            let s1 = retract(&s0, &random_tangent(&s0, size, &mut rng));
+            let [v0, v1] = [&s0, &s1].map(|s| random_tangent(s, size, &mut rng));
+            let data = Data { s0, v0, s1, v1 };
+            let curve = data.solve().unwrap();
+            assert_is_cubic(&curve, &format!("{shape:?}, size {size}"));
+        }
+    }
 }
 
 #[test]

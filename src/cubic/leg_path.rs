@@ -2,19 +2,21 @@
 
 use faer::Mat;
 
-use crate::cubic::blocks::{Blocks, Sized};
-use crate::cubic::path::Path;
-use crate::cubic::state::State;
+use super::blocks::{Blocks, Sized};
+use super::path::Path;
+use super::state::State;
 use crate::legs::Dense;
-use crate::linalg::field::multiply;
+use crate::linalg::field::{accumulate, set_identity};
+use crate::linalg::simd::vectorised;
 use crate::linalg::structure::row_by_row;
 use crate::space::{Homogeneous, in_space};
 
-/// The curve of a leg that starts with the given frame, from its polynomials; the tension is in the time of the leg.
-pub(super) fn leg_path(
+/// The curve of a leg that starts with the given frame or the identity, from its polynomials; the tension is in the time
+/// of the leg.
+pub(crate) fn leg_path(
     polynomials: &Dense,
     leg: usize,
-    frame: &Mat<f64>,
+    frame: Option<&Mat<f64>>,
     solved: Sized,
     columns: usize,
     tension: f64,
@@ -24,15 +26,23 @@ pub(super) fn leg_path(
     let dim = solved.dim();
     let (square, rows) = (r * r, blocks.r::<f64>());
     let terms = polynomials.order + 1;
-    let frame: Vec<f64> = row_by_row(frame.as_ref()).collect();
-    let mut product = vec![0.0; square];
+    let frame: Option<Vec<f64>> = frame.map(|frame| row_by_row(frame.as_ref()).collect());
+    let moved_into = |turn: &[f64], columns: usize, out: &mut [f64]| match &frame {
+        Some(frame) => product_into(frame, r, turn, columns, out),
+        None => out.copy_from_slice(turn),
+    };
     let mut points = vec![0.0; terms * rows * columns];
+    let (mut turn, mut point) = (vec![0.0; r * columns], vec![0.0; r * columns]);
     let turns = polynomials.frames(leg, square).chunks_exact(square);
-    for (points, turn) in points.chunks_exact_mut(rows * columns).zip(turns) {
-        multiply(r, &frame, turn, &mut product);
+    for (points, frame) in points.chunks_exact_mut(rows * columns).zip(turns) {
+        let of_frame = frame.chunks_exact(r);
+        for (first, row) in turn.chunks_exact_mut(columns).zip(of_frame) {
+            first.copy_from_slice(&row[..columns]);
+        }
+        moved_into(&turn, columns, &mut point);
         for (col, points) in points.chunks_exact_mut(rows).enumerate() {
-            for (row, point) in points.iter_mut().enumerate().take(r) {
-                *point = product[row * r + col];
+            for (row, entry) in points.iter_mut().enumerate().take(r) {
+                *entry = point[row * columns + col];
             }
         }
     }
@@ -53,14 +63,26 @@ pub(super) fn leg_path(
         }
         State::of_entries(blocks, end as f64, entries).in_tension(tension)
     };
-    let first = state(0, &frame);
-    multiply(r, &frame, polynomials.last_frame(leg, square), &mut product);
+    let mut ends = vec![0.0; 2 * square];
+    let (first, last) = ends.split_at_mut(square);
+    set_identity(r, last);
+    moved_into(last, r, first);
+    moved_into(polynomials.last_frame(leg, square), r, last);
     Path::of_polynomial(
-        [first, state(1, &product)],
+        [state(0, first), state(1, last)],
         polynomials.order,
         points,
         vectors,
     )
+}
+
+/// `out = a b` for `a` of shape `(r, r)` and `b` of shape `(r, columns)`, in row-major order.
+fn product_into(a: &[f64], r: usize, b: &[f64], columns: usize, out: &mut [f64]) {
+    out.fill(0.0);
+    vectorised(
+        #[inline(always)]
+        || accumulate(a, r, b, columns, out),
+    );
 }
 
 /// Appends `omega` and `b` of a skew matrix in row-major order, each in column-major order.
