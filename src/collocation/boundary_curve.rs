@@ -16,11 +16,10 @@ use crate::linalg::lanes::{LANES, Lanes};
 use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
 
-/// The polynomials relative to the frame at the start; `None` for curves that need too many nodes. The rates of the frames
-/// are those of the last [`tail`](BoundaryLeg::tail).
+/// The polynomials relative to the frame at the start; `None` for curves that need too many nodes.
 pub(super) fn boundary_curve<S: Homogeneous>(leg: &BoundaryLeg<'_, S>) -> Option<Dense> {
     let (space, nodes) = (leg.space, &leg.nodes.nodes);
-    let (d, r, k) = (space.dim(), space.size(), columns(space));
+    let d = space.dim();
     if nodes.len() > EXACT {
         return None;
     }
@@ -34,21 +33,14 @@ pub(super) fn boundary_curve<S: Homogeneous>(leg: &BoundaryLeg<'_, S>) -> Option
         x[d + p] += a + 0.5 * b;
         x[2 * d + p] += 0.5 * b;
     }
-    let points = points(leg, &expansion);
-    let others = others(leg, &expansion);
-    let mut frames = Vec::with_capacity((expansion.order + 1) * r * r);
-    for row in 0..(expansion.order + 1) * r {
-        frames.extend_from_slice(&points[row * k..][..k]);
-        frames.extend_from_slice(&others[row * (r - k)..][..r - k]);
-    }
     let last = leg.last.each_ref().map(Vec::as_slice);
     let ends = [start, last].concat();
-    let mut dense = Dense::new(1, nodes.len() + 1, space);
+    let mut dense = Dense::new(1, nodes.len() + 1, space, columns(space));
     dense.write(
         0,
         &Polynomials {
             x: &x,
-            frames: &frames,
+            frames: &points(leg, &expansion),
             ends: std::array::from_fn(|i| ends[i]),
             last_frame: &leg.frames.last,
         },
@@ -113,19 +105,6 @@ fn derivatives<T: Field>(x: [&[T]; 4], r: usize, k: usize) -> [Vec<T>; 4] {
     let m3_rate = plus(plus(m2_rate2, x, &m2_rate), x1, &m2);
     let m4 = plus(m3_rate, x, &m3);
     [m1, m2, m3, m4]
-}
-
-/// Coefficients of the other columns of the frames, each in row-major order.
-fn others<S: Homogeneous>(leg: &BoundaryLeg<'_, S>, expansion: &Expansion) -> Vec<f64> {
-    let (r, k) = (leg.space.size(), columns(leg.space));
-    let rates = leg.frames.rates().chunks_exact(r);
-    let rates: Vec<Lanes> = rates.flat_map(|row| &row[k..]).copied().collect();
-    let size = r * (r - k);
-    let mut out = expansion.first_integrals(&node_by_node(&rates, size), size);
-    for i in k..r {
-        out[i * (r - k) + i - k] += 1.0;
-    }
-    out
 }
 
 /// Values of several functions at all nodes, from groups of eight.

@@ -64,12 +64,7 @@ impl Expansion {
         self.coefficients(0, values, functions)
     }
 
-    /// Those of their integrals from 0.
-    pub(super) fn first_integrals(&self, values: &[f64], functions: usize) -> Vec<f64> {
-        self.coefficients(1, values, functions)
-    }
-
-    /// Those of their third integrals.
+    /// Those of their third integrals from 0.
     pub(super) fn third_integrals(&self, values: &[f64], functions: usize) -> Vec<f64> {
         self.coefficients(3, values, functions)
     }

@@ -177,11 +177,6 @@ impl LaneFrames {
         add_product_of_numbers(&self.last_defect, &last_before, r, &mut self.last);
     }
 
-    /// `g'` at the nodes when the [defects](Self::set_defects) were last computed.
-    pub(super) fn rates(&self) -> &[Lanes] {
-        &self.rates
-    }
-
     /// The largest entry of the last two Legendre coefficients of `g'`.
     pub(super) fn tail(&mut self, nodes: &LaneNodes, along: &[Along]) -> f64 {
         let square = self.r * self.r;

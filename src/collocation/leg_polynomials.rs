@@ -47,7 +47,7 @@ pub(crate) fn polynomials(
     let nodes = &leg.nodes.nodes.nodes;
     let (r, k, count) = (space.size(), leg.equation.k, nodes.len());
     let expansion = Expansion::of(nodes);
-    let (terms, square) = (expansion.order + 1, r * r);
+    let square = r * r;
     let curve = Curve::new(leg, to_frame);
     let rest = rest_of_frames(&curve, nodes, r);
 
@@ -58,20 +58,6 @@ pub(crate) fn polynomials(
         x.extend(coordinates(space, [s, e.as_ref()], v));
     }
     let x = expansion.values(&x, space.dim());
-
-    let mut frames = vec![0.0; terms * square];
-    let points = curve.points(&expansion);
-    let others = expansion.first_integrals(&rest.rates, r * (r - k));
-    for (term, frame) in frames.chunks_exact_mut(square).enumerate() {
-        for (i, row) in frame.chunks_exact_mut(r).enumerate() {
-            let (first, last) = row.split_at_mut(k);
-            first.copy_from_slice(&points[(term * r + i) * k..][..k]);
-            last.copy_from_slice(&others[(term * r + i) * (r - k)..][..r - k]);
-            if term == 0 && i >= k {
-                last[i - k] += 1.0;
-            }
-        }
-    }
 
     let start = Mat::from_fn(r, r - k, |i, j| f64::from(u8::from(i == k + j)));
     let ends = [(0, start), (1, matrix_of(&rest.last, r, r - k))];
@@ -90,10 +76,10 @@ pub(crate) fn polynomials(
             }
         }
     }
-    let mut dense = Dense::new(1, count + 1, space);
+    let mut dense = Dense::new(1, count + 1, space, k);
     let polynomials = Polynomials {
         x: &x,
-        frames: &frames,
+        frames: &curve.points(&expansion),
         ends: std::array::from_fn(|i| vectors[i].as_slice()),
         last_frame: &last_frame,
     };
@@ -170,10 +156,9 @@ fn mapped(leg: &ClampedLeg, to_frame: MatRef<'_, f64>, x: &[f64]) -> Mat<f64> {
     to_frame * MatRef::from_column_major_slice(&leg.equation.all_columns(x), r, k)
 }
 
-/// The rest of the frames, each in row-major order: its derivative and its values at the nodes, and its value at the end.
+/// The rest of the frames, each in row-major order: its values at the nodes and at the end.
 #[derive(Default)]
 struct Rest {
-    rates: Vec<f64>,
     values: Vec<f64>,
     last: Vec<f64>,
 }
@@ -222,11 +207,7 @@ fn rest_of_frames(curve: &Curve<'_>, nodes: &Nodes, r: usize) -> Rest {
         }
     }
     let last = values.split_off(count * size);
-    Rest {
-        rates,
-        values,
-        last,
-    }
+    Rest { values, last }
 }
 
 /// The coordinates of a tangent vector in a frame `[s, e]`.

@@ -119,7 +119,7 @@ fn solve_task(
     let mut found = Vec::new();
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
         let solution = problem.and_then(|problem| match leg {
-            Some(leg) => Ok(transformed(&problem, &leg.start, [leg.cost, leg.residual])),
+            Some(leg) => Ok(transformed(&problem, &leg)),
             None => alone(&problem, data[0], options),
         });
         if let Err(error @ Error::Interrupted { .. }) = solution {
@@ -151,10 +151,10 @@ fn abreast(
             .iter()
             .zip(solve(data, options.tolerance / scale, steps))
         {
-            legs[*place] = leg.map(|mut leg| {
-                leg.cost *= scale * scale;
-                leg.residual *= scale;
-                leg
+            legs[*place] = leg.map(|leg| LoneLeg {
+                cost: leg.cost * scale * scale,
+                residual: leg.residual * scale,
+                ..leg
             });
         }
     }
@@ -172,12 +172,21 @@ fn alone(
     let path = solution.into_path(problem, options.interrupt)?;
     let (r, k) = problem.end[0].shape();
     let cost = RiemannianCubic::of_path(r, k, None, path, None).cost()?;
-    Ok(transformed(problem, &start, [cost, report.solver.residual]))
+    let residual = report.solver.residual;
+    Ok(transformed(
+        problem,
+        &LoneLeg {
+            start,
+            cost,
+            residual,
+            steps: report.solver.iterations,
+        },
+    ))
 }
 
-/// The solution with `(x', x'')` at its start, transformed back to the start of the problem.
-fn transformed(problem: &Problem, start: &[f64], [cost, residual]: [f64; 2]) -> BoundarySolution {
-    let [a, second] = unpack::<2>(start, problem.blocks());
+/// The solution, transformed back to the start of the problem.
+fn transformed(problem: &Problem, leg: &LoneLeg) -> BoundarySolution {
+    let [a, second] = unpack::<2>(&leg.start, problem.blocks());
     // j = x'' + [x, x']_m / 2.
     let jerk = second.plus_bracket(0.5, &problem.velocity, &a);
     let [acceleration, jerk] = [a, jerk].map(|v| {
@@ -190,7 +199,7 @@ fn transformed(problem: &Problem, start: &[f64], [cost, residual]: [f64; 2]) -> 
     BoundarySolution {
         acceleration,
         jerk,
-        cost,
-        residual,
+        cost: leg.cost,
+        residual: leg.residual,
     }
 }

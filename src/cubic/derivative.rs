@@ -12,8 +12,8 @@ use super::linear_cubic::LinearCubic;
 use super::linear_flow::{VARIATION, check_cotangents};
 use super::riemannian_cubic::RiemannianCubic;
 use super::turning::{bracket_of, by_data, check_variation, turned};
-use crate::curve::Curve;
 use crate::curve::sampling::check_parameter;
+use crate::curve::{Curve, Quantity};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::{check_range, dot};
@@ -212,8 +212,15 @@ impl BoundaryDerivative {
             check_parameter(t)?;
         }
         let z = self.end_changes(variation)?;
-        let times = local(curve.t_span(), times);
-        self.cubic.points(&z, &times, interrupt)
+        let here = local(curve.t_span(), times);
+        let found = self.cubic.points(&z, &here, interrupt)?;
+        if self.quotient == Quotient::Frames {
+            return Ok(found);
+        }
+        // Interpolated in time, they are horizontal at the points of the curve only to the accuracy of these.
+        let points = curve.sample(times, Quantity::Derivative(0), interrupt)?;
+        let each = found.iter().zip(points.iter());
+        Ok(each.map(|(v, y)| v - y * (y.transpose() * v)).collect())
     }
 
     /// The gradient with respect to the boundary data of `sum tr(W^T S(t))` over cotangents `W` at given times `t`.

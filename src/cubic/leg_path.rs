@@ -33,9 +33,10 @@ pub(crate) fn leg_path(
     };
     let mut points = vec![0.0; terms * rows * columns];
     let (mut turn, mut point) = (vec![0.0; r * columns], vec![0.0; r * columns]);
-    let turns = polynomials.frames(leg, square).chunks_exact(square);
+    let width = polynomials.width;
+    let turns = polynomials.frames(leg, r).chunks_exact(r * width);
     for (points, frame) in points.chunks_exact_mut(rows * columns).zip(turns) {
-        let of_frame = frame.chunks_exact(r);
+        let of_frame = frame.chunks_exact(width);
         for (first, row) in turn.chunks_exact_mut(columns).zip(of_frame) {
             first.copy_from_slice(&row[..columns]);
         }

@@ -3,12 +3,14 @@
 use crate::linalg::field::Field;
 use crate::space::Homogeneous;
 
-/// Polynomials in powers of `s - 1/2`, ordered by leg and then by coefficient: `x` (coordinates) and the frame (by
-/// rows).
+/// Polynomials in powers of `s - 1/2`, ordered by leg and then by coefficient: `x` (coordinates) and leading columns of the
+/// frame (by rows).
 #[derive(Debug, Clone)]
 pub(crate) struct Dense {
     /// Degree of the polynomials.
     pub(crate) order: usize,
+    /// Number of columns of the frame: at least those of a point.
+    pub(crate) width: usize,
     x: Vec<f64>,
     frames: Vec<f64>,
     /// `x, x', x''` at both ends of each leg, and the frame at its end.
@@ -18,7 +20,7 @@ pub(crate) struct Dense {
 
 /// The polynomials of one leg, or of eight.
 pub(crate) struct Polynomials<'a, T> {
-    /// Coefficients in powers of `s - 1/2`, of `x` and of the frame relative to the frame at the start.
+    /// Coefficients in powers of `s - 1/2`, of `x` and of columns of the frame relative to the frame at the start.
     pub(crate) x: &'a [T],
     pub(crate) frames: &'a [T],
     /// `x, x', x''` at the start and at the end of the leg, and the frame at the end.
@@ -54,15 +56,16 @@ impl Curves for Dense {
 }
 
 impl Dense {
-    /// Allocates legs with `nodes + 3` coefficients.
-    pub(crate) fn new(legs: usize, nodes: usize, space: impl Homogeneous) -> Self {
-        let (d, square, order) = (space.dim(), space.size() * space.size(), nodes + 2);
+    /// Allocates legs with `nodes + 3` coefficients, and frames of the given width.
+    pub(crate) fn new(legs: usize, nodes: usize, space: impl Homogeneous, width: usize) -> Self {
+        let (d, r, order) = (space.dim(), space.size(), nodes + 2);
         Dense {
             order,
+            width,
             x: vec![0.0; legs * (order + 1) * d],
-            frames: vec![0.0; legs * (order + 1) * square],
+            frames: vec![0.0; legs * (order + 1) * r * width],
             ends: vec![0.0; legs * 6 * d],
-            last_frames: vec![0.0; legs * square],
+            last_frames: vec![0.0; legs * r * r],
         }
     }
 
@@ -72,9 +75,9 @@ impl Dense {
         &self.x[leg * size..][..size]
     }
 
-    /// Coefficients of the frames on a leg, for `square` entries.
-    pub(crate) fn frames(&self, leg: usize, square: usize) -> &[f64] {
-        let size = (self.order + 1) * square;
+    /// Coefficients of the columns of the frames on a leg, for `r` rows.
+    pub(crate) fn frames(&self, leg: usize, r: usize) -> &[f64] {
+        let size = (self.order + 1) * r * self.width;
         &self.frames[leg * size..][..size]
     }
 

@@ -16,10 +16,10 @@ use crate::space::Quotient;
 /// Notes
 /// -----
 /// Solves ``D_t^3 S' + R(D_t S', S') S' = tension D_t S'`` (canonical metric) on any St(n, k), without charts, by a
-/// Taylor method of order 20 in ``min(n, 4 k)`` dimensions, to round-off. The solution of a boundary problem and a piece
-/// of a :class:`CubicSpline` may instead be a single polynomial about its midpoint, whose order depends on how fast it
-/// turns. Outside ``t_span`` each call integrates the curve anew; :meth:`restricted` returns a curve that stores the
-/// longer integration.
+/// Taylor method of order 20 in ``min(n, 4 k)`` dimensions, to round-off. The solution of a boundary problem and a
+/// piece of a :class:`CubicSpline` may instead be a single polynomial about its midpoint, whose order depends on how
+/// fast it turns. Outside ``t_span`` each call integrates the curve anew; :meth:`restricted` returns a curve that
+/// stores the longer integration.
 ///
 /// Noakes, Heinzinger, Paden (1989); Crouch, Silva Leite (1995); Silva Leite, Camarinha, Crouch (2000) for tension.
 ///

@@ -6,9 +6,7 @@ use super::leg::{Leg, Scratch};
 use super::leg_equations::{residual_into, set_equations};
 use super::orders::{FINEST, MOST, Orders};
 use super::room::Room;
-use super::solved::{FOR_DERIVATIVES, polynomials};
 use super::variation::Variation;
-use crate::legs::Dense;
 use crate::linalg::field::{Field, factor, substitute};
 use crate::linalg::lanes::Lanes;
 use crate::solve::broyden::Updates;
@@ -41,9 +39,6 @@ pub(crate) struct EndData {
 pub(crate) struct LoneLeg {
     /// `x'` and `x''` at the start.
     pub(crate) start: Vec<f64>,
-    /// `x, x', x''` at the middle, and the order of its series there.
-    middle: [Vec<f64>; 3],
-    order: usize,
     /// `int |x'|^2`.
     pub(crate) cost: f64,
     /// A bound on the residual of the end data, in the Frobenius norm.
@@ -63,15 +58,6 @@ pub(crate) fn lone_legs(shape: Shape) -> Box<Solve> {
 /// A solver for one problem at a time.
 pub(crate) fn lone_leg(shape: Shape) -> Box<Solve> {
     in_space!(shape, |space| solver::<f64>(space))
-}
-
-impl LoneLeg {
-    /// The curve in its space, as a polynomial.
-    pub(crate) fn curve(&self, shape: Shape) -> Dense {
-        let middle = self.middle.each_ref().map(Vec::as_slice);
-        let order = self.order + FOR_DERIVATIVES;
-        in_space!(shape, |space| polynomials(space, 1, (middle, None), order))
-    }
 }
 
 fn solver<T: Field>(space: impl Homogeneous + 'static) -> Box<Solve> {
@@ -196,13 +182,12 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
             let is_found = !is_lost[lane]
                 && residuals[lane] <= tolerance
                 && leg.residual.tail.lane(lane) <= FINEST;
-            let lane_of = |x: &[T]| x.iter().map(|x| x.lane(lane)).collect::<Vec<f64>>();
+            let start = [&leg.accelerations[0], &leg.thirds[0]];
             is_found.then(|| LoneLeg {
-                start: [&leg.accelerations[0], &leg.thirds[0]]
-                    .map(|x| lane_of(x))
-                    .concat(),
-                middle: leg.middle().map(lane_of),
-                order: leg.order,
+                start: start
+                    .iter()
+                    .flat_map(|x| x.iter().map(|x| x.lane(lane)))
+                    .collect(),
                 cost: cost.lane(lane),
                 residual: residuals[lane],
                 steps: taken,

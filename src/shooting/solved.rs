@@ -10,7 +10,7 @@ use crate::linalg::field::{Field, transposed_multiply};
 use crate::space::{Homogeneous, axis};
 
 /// Number of additional terms of the curves, needed for their third derivatives.
-pub(super) const FOR_DERIVATIVES: usize = 4;
+const FOR_DERIVATIVES: usize = 4;
 
 /// Groups of legs; the last group may have fewer.
 pub(super) struct Solved<T, S> {
@@ -42,36 +42,25 @@ impl<T: Field, S: Homogeneous> Solved<T, S> {
     }
 
     fn polynomials(&self, first: usize, group: &SolvedGroup<T>) -> Dense {
-        let middle = group.middle.each_ref().map(|x| &x[..]);
-        let legs = T::COUNT.min(self.legs - first);
-        polynomials(self.space, legs, (middle, group.tension), group.order)
+        let (space, d, order) = (self.space, self.space.dim(), group.order);
+        let mut dense = Dense::new(T::COUNT.min(self.legs - first), order, space, space.size());
+        let mut series = Series::new(space, order);
+        let mut ends: [Vec<T>; 6] = std::array::from_fn(|_| vec![T::ZERO; d]);
+        space.vectorised(
+            #[inline(always)]
+            || {
+                let middle = group.middle.each_ref().map(|x| &x[..]);
+                series.set_curve(space, middle, group.tension, order);
+                series.set_frames(space, order + 2);
+                let (first, last) = ends.split_at_mut(3);
+                for (derivative, (first, last)) in first.iter_mut().zip(last).enumerate() {
+                    series.at_ends(d, order + 3, derivative, [first, last]);
+                }
+                write_series(space, &series, &ends, &mut dense);
+            },
+        );
+        dense
     }
-}
-
-/// The polynomials of a group of legs, from `x, x', x''` at their middles and their tension.
-pub(super) fn polynomials<T: Field>(
-    space: impl Homogeneous,
-    legs: usize,
-    (middle, tension): ([&[T]; 3], Option<T>),
-    order: usize,
-) -> Dense {
-    let d = space.dim();
-    let mut dense = Dense::new(legs, order, space);
-    let mut series = Series::new(space, order);
-    let mut ends: [Vec<T>; 6] = std::array::from_fn(|_| vec![T::ZERO; d]);
-    space.vectorised(
-        #[inline(always)]
-        || {
-            series.set_curve(space, middle, tension, order);
-            series.set_frames(space, order + 2);
-            let (first, last) = ends.split_at_mut(3);
-            for (derivative, (first, last)) in first.iter_mut().zip(last).enumerate() {
-                series.at_ends(d, order + 3, derivative, [first, last]);
-            }
-            write_series(space, &series, &ends, &mut dense);
-        },
-    );
-    dense
 }
 
 impl<T: Field + Send + Sync, S: Homogeneous> Curves for Solved<T, S> {

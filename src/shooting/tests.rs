@@ -150,7 +150,7 @@ where
 fn point(dense: &Dense, frame: &Mat<f64>, leg: usize, s: f64, k: usize) -> Mat<f64> {
     let r = frame.nrows();
     let mut sum = vec![0.0; r * r];
-    for coefficient in dense.frames(leg, r * r).chunks_exact(r * r).rev() {
+    for coefficient in dense.frames(leg, r).chunks_exact(r * r).rev() {
         for (sum, c) in sum.iter_mut().zip(coefficient) {
             *sum = *sum * (s - 0.5) + c;
         }

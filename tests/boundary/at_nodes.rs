@@ -72,7 +72,7 @@ fn assert_is_cubic(curve: &RiemannianCubic, what: &str) {
     }
 }
 
-/// The solution of a single series.
+/// Solutions of a single series, which are integrated.
 #[test]
 fn random_data_in_few_dimensions() {
     let mut rng = Rng::new(66);
