@@ -2219,7 +2219,8 @@ class RiemannianCubic(Curve):
     def steps(self) -> int:
         """Number of polynomials in the curve.
 
-        The number of integration steps, or 1 for a piece of a spline that was solved without integration.
+        The number of integration steps, or 1 for a solution of a boundary problem or a piece of a spline that was found
+        without integration.
         """
     def restricted(self, start: float, end: float) -> RiemannianCubic:
         """Return the same curve on ``[start, end]``, which may extend beyond ``t_span``.

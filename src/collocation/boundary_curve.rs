@@ -9,6 +9,7 @@
 //! so that third derivatives are first integrals. As integrals of `S'`, they had errors of 1e-9 to 1e-8 at the ends.
 
 use super::boundary_leg::{BoundaryLeg, columns};
+use super::chain::TAIL;
 use super::expansion::{EXACT, Expansion, add_cubic};
 use crate::legs::{Dense, Polynomials};
 use crate::linalg::field::{Field, accumulate};
@@ -16,7 +17,8 @@ use crate::linalg::lanes::{LANES, Lanes};
 use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
 
-/// The polynomials relative to the frame at the start; `None` for curves that need too many nodes.
+/// The polynomials relative to the frame at the start; `None` for curves that need too many nodes, or whose fourth
+/// derivative is not resolved.
 pub(super) fn boundary_curve<S: Homogeneous>(leg: &BoundaryLeg<'_, S>) -> Option<Dense> {
     let (space, nodes) = (leg.space, &leg.nodes.nodes);
     let d = space.dim();
@@ -40,7 +42,7 @@ pub(super) fn boundary_curve<S: Homogeneous>(leg: &BoundaryLeg<'_, S>) -> Option
         0,
         &Polynomials {
             x: &x,
-            frames: &points(leg, &expansion),
+            frames: &points(leg, &expansion)?,
             ends: std::array::from_fn(|i| ends[i]),
             last_frame: &leg.frames.last,
         },
@@ -49,7 +51,7 @@ pub(super) fn boundary_curve<S: Homogeneous>(leg: &BoundaryLeg<'_, S>) -> Option
 }
 
 /// Coefficients of the points, each in row-major order.
-fn points<S: Homogeneous>(leg: &BoundaryLeg<'_, S>, expansion: &Expansion) -> Vec<f64> {
+fn points<S: Homogeneous>(leg: &BoundaryLeg<'_, S>, expansion: &Expansion) -> Option<Vec<f64>> {
     let (space, d) = (leg.space, leg.space.dim());
     let (r, k) = (space.size(), columns(space));
     let size = r * k;
@@ -68,6 +70,9 @@ fn points<S: Homogeneous>(leg: &BoundaryLeg<'_, S>, expansion: &Expansion) -> Ve
             },
         );
     }
+    if leg.nodes.largest_tail(&fourth, size) > TAIL {
+        return None;
+    }
     let mut out = expansion.fourth_integrals(&node_by_node(&fourth, size), size);
     let mut matrices = [(); 4].map(|()| vec![0.0; r * r]);
     for (matrix, x) in matrices.iter_mut().zip(leg.start()) {
@@ -79,7 +84,7 @@ fn points<S: Homogeneous>(leg: &BoundaryLeg<'_, S>, expansion: &Expansion) -> Ve
         s[i * k + i] = 1.0;
     }
     add_cubic([&s, &v, &second, &third], &mut out);
-    out
+    Some(out)
 }
 
 /// `M_1 e, ..., M_4 e`, shape `(r, k)`, from the matrices of `x, x', x'', x'''`.

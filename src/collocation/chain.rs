@@ -43,7 +43,7 @@ const MORE: usize = 8;
 
 /// Largest size of the last Legendre coefficients of the fourth derivative. Lower derivatives are integrals and far more
 /// accurate: beside integrated cubics, accelerations are off by up to 1e-13 and jerks by 1e-12.
-const TAIL: f64 = 1e-8;
+pub(super) const TAIL: f64 = 1e-8;
 
 /// Largest number of nodes.
 const MOST: usize = 48;

@@ -1,4 +1,4 @@
-//! The curve of a solved leg as polynomials in powers of the time from its middle: frames and `x`.
+//! The curve of a solved leg as polynomials in powers of the time from its middle: points and `x`.
 //!
 //! The points are integrals of their fourth derivative. The rest `E` of the frame follows from `E' = -S V^T E`.
 

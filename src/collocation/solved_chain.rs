@@ -72,9 +72,11 @@ impl SolvedChain {
         Some([basis, to_basis])
     }
 
-    /// For subspaces, what turns the basis at the next knot to the one that each leg reaches.
+    /// For subspaces, what turns the basis at the next knot to the one that each leg reaches; `None` if legs are integrated,
+    /// which reach it only to the tolerance.
     pub(crate) fn turns(&self) -> Option<Vec<Mat<f64>>> {
-        self.legs.iter().map(ClampedLeg::turn).collect()
+        let exact = |(i, leg): (usize, &ClampedLeg)| leg.turn().filter(|_| self.is_polynomial(i));
+        self.legs.iter().enumerate().map(exact).collect()
     }
 
     /// Whether polynomials of a leg are accurate.

@@ -64,18 +64,18 @@ impl Solver<'_> {
         if outcome.steps > 0 || outcome.found.is_some() {
             self.account_start(outcome.steps);
         }
-        match outcome.found {
-            Some(Found {
-                bends,
-                curve: Some(curve),
-            }) => {
-                let (blocks, tension) = (problem.blocks(), problem.target.tension);
-                let path = leg_path(&curve, 0, Some(&problem.g), blocks, problem.k, tension);
-                self.verified(bends.concat(), path)
+        let Some(Found { bends, curve }) = outcome.found else {
+            return Ok(None);
+        };
+        let start = bends.concat();
+        if let Some(curve) = curve {
+            let (blocks, tension) = (problem.blocks(), problem.target.tension);
+            let path = leg_path(&curve, 0, Some(&problem.g), blocks, problem.k, tension);
+            if let Some(found) = self.accepted(&start, path) {
+                return Ok(Some(found));
             }
-            Some(found) => self.integrated(found.bends.concat()),
-            None => Ok(None),
         }
+        self.integrated(start)
     }
 }
 

@@ -217,7 +217,8 @@ impl BoundaryDerivative {
         if self.quotient == Quotient::Frames {
             return Ok(found);
         }
-        // Interpolated in time, they are horizontal at the points of the curve only to the accuracy of these.
+        // Interpolated in time, they are horizontal at the points of the curve only to the accuracy of these, up to which
+        // `pull_back` is the transpose.
         let points = curve.sample(times, Quantity::Derivative(0), interrupt)?;
         let each = found.iter().zip(points.iter());
         Ok(each.map(|(v, y)| v - y * (y.transpose() * v)).collect())

@@ -317,14 +317,18 @@ impl Path {
         let (size, (nodes, weights)) = (k2 + mk, &*PANEL);
         let stride = (self.accuracy.order + 1) * size;
         let (mut x, mut rate) = (vec![0.0; size], vec![0.0; size]);
+        // Polynomials of high order turn by more than one panel resolves.
+        let panels = self.accuracy.order.div_ceil(2 * POINTS);
         let mut sum = 0.0;
         for (i, piece) in self.pieces.iter().enumerate() {
             let (from, to) = (piece.lower.max(lower), piece.upper.min(upper));
             if from >= to {
                 continue;
             }
-            let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-            for q in 0..POINTS {
+            let half = 0.5 * (to - from) / panels as f64;
+            for q in 0..panels * POINTS {
+                let (panel, q) = (q / POINTS, q % POINTS);
+                let middle = from + (2 * panel + 1) as f64 * half;
                 let t = middle + half * nodes[q] - piece.center;
                 let coefficients = &self.vectors[block(i, stride)];
                 shift_into(coefficients, size, t, &mut [&mut x, &mut rate]);

@@ -19,6 +19,7 @@ use super::tension::FlatBends;
 use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use crate::linalg::field::larger;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::space::{Kind, ScalarField, Shape};
 
@@ -201,17 +202,22 @@ impl Problem {
 }
 
 impl Problem {
-    /// The distance of a path's end from the given one, in the unit of velocities for the latter.
+    /// The larger distance of an end of a path, as it is evaluated, from the given one: point, and velocity in its unit. NaN
+    /// is propagated.
     pub(super) fn distance(&self, path: &Path) -> f64 {
-        let (last, k, m) = (&path.last, self.k, self.g.nrows() - self.k);
-        let matrix = |entries, columns| MatRef::from_column_major_slice(entries, k + m, columns);
-        let (s, e) = (matrix(last.s(), k), matrix(last.e(), m));
-        let omega = MatRef::from_column_major_slice(last.omega(0), k, k);
-        let b = MatRef::from_column_major_slice(last.b(0), m, k);
-        let [s1, v1] = &self.end;
-        let point = (s - &self.g * s1).norm_l2();
-        let velocity = (s * omega + e * b - &self.g * v1).norm_l2();
-        point.hypot(velocity / self.target.velocity_unit)
+        let (rows, r, k) = (path.rows(), self.g.nrows(), self.k);
+        let start = self.initial();
+        let ends = [(0.0, &start), (1.0, &self.end)];
+        let [mut point, mut velocity] = [(); 2].map(|()| vec![0.0; rows * k]);
+        let distances = ends.map(|(t, given)| {
+            path.points_into(t, &mut [&mut point, &mut velocity]);
+            let [s, v] = given.each_ref().map(|x| &self.g * x);
+            let [found, rate] = [&point, &velocity]
+                .map(|x| MatRef::from_column_major_slice(x, rows, k).subrows(0, r));
+            let rate = (rate - v).norm_l2() / self.target.velocity_unit;
+            (found - s).norm_l2().hypot(rate)
+        });
+        larger(distances[0], distances[1])
     }
 }
 

@@ -196,8 +196,8 @@ impl RiemannianCubic {
         self.clock.derivative(self.path.tension(), 2)
     }
 
-    /// Number of polynomials of the curve: the steps of its integration, or 1 for a piece of a spline that was solved
-    /// by series or collocation.
+    /// Number of polynomials of the curve: the steps of its integration, or 1 for a solution of a boundary value problem or
+    /// a piece of a spline that was found by series or collocation.
     pub fn steps(&self) -> usize {
         self.path.len()
     }

@@ -185,8 +185,8 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// As [`verified`](Self::verified), for the curve with the given `(x', x'')` at the start; `None` also if it cannot be
-    /// integrated.
+    /// The solution with the given `(x', x'')` at the start, integrated, or the one to which shooting leads from there if
+    /// its end is not near enough; `None` if there is none, or if the curve cannot be integrated.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -197,21 +197,20 @@ impl<'a> Solver<'a> {
             Err(_) => return Ok(None),
         };
         self.map.count(work_of_curve(self.problem.blocks()));
-        self.verified(start, path)
+        match self.accepted(&start, path) {
+            Some(found) => Ok(Some(found)),
+            None => self.by_shooting(&start, None),
+        }
     }
 
-    /// The solution with the given curve, or the one to which shooting leads from `(x', x'')` at its start if its end is not
-    /// near enough; `None` if there is none.
-    ///
-    /// # Errors
-    /// `Interrupted`.
-    pub(super) fn verified(&mut self, start: Vec<f64>, path: Path) -> Result<Option<Solution>> {
+    /// The solution with the given curve and `(x', x'')` at its start, if its ends are near enough.
+    pub(super) fn accepted(&mut self, start: &[f64], path: Path) -> Option<Solution> {
         let distance = self.problem.distance(&path);
-        if distance > self.tolerance {
-            return self.by_shooting(&start, None);
-        }
-        self.set_nearest(distance, StopReason::Converged);
-        Ok(Some(Solution::new(start, path)))
+        let is_near = distance <= self.tolerance;
+        is_near.then(|| {
+            self.set_nearest(distance, StopReason::Converged);
+            Solution::new(start.to_vec(), path)
+        })
     }
 
     /// The sum of initial and end speed.

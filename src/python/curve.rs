@@ -25,7 +25,8 @@ pub struct PyCurve {
     pub(super) field: Field,
 }
 
-/// Makes an object of a curve class from a curve of the core, which is complex by construction if its frames are.
+/// Makes an object of a curve class from a curve of the core that is complex by construction if its frames are: a spline
+/// whose legs were solved in complex unknowns, or checked by the core.
 pub(super) fn wrap<S: PyClass<BaseType = PyCurve>>(
     inner: Arc<dyn AnyCurve>,
     field: Field,

@@ -307,7 +307,8 @@ impl PyRiemannianCubic {
 
     /// Number of polynomials in the curve.
     ///
-    /// The number of integration steps, or 1 for a piece of a spline that was solved without integration.
+    /// The number of integration steps, or 1 for a solution of a boundary problem or a piece of a spline that was found
+    /// without integration.
     #[getter]
     fn steps(&self) -> usize {
         self.curve.steps()
@@ -365,7 +366,7 @@ impl PyRiemannianCubic {
             field,
             derivative: Kept::default(),
         };
-        Py::new(py, wrap(inner, field, class))
+        Py::new(py, wrap_checked(py, inner, field, class)?)
     }
 
     /// Runs `work` on the curve; each number of a point costs `weight` times the work of an exponential.

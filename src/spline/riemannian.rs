@@ -18,11 +18,13 @@ use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
 use crate::cubic::packing::entries;
 use crate::cubic::tension::{check_leg_tension, check_tension};
+use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::legs::Curves;
 use crate::manifold::only_bases::{advised_knots, appearance};
 use crate::report::{SolverReport, StopReason};
+use crate::space::ScalarField;
 
 /// The spline of Riemannian cubics through points, with continuous velocity and covariant acceleration.
 ///
@@ -73,10 +75,28 @@ pub(crate) fn cubic_spline_of_legs(
     let solved = problem.solve(options);
     let (pieces, solution) =
         solved.map_err(|error| advised_knots(error, options.quotient, points))?;
+    if solution.legs.is_none() {
+        check_complex(options.field, &pieces)?;
+    }
     let first = problem.knots.first_turn();
     let pieces = joined(options.quotient, first, pieces, solution.turns())?;
     let curves = solution.legs.and_then(|legs| legs.polynomials);
     Ok((Piecewise::new(t.to_vec(), pieces), solution.report, curves))
+}
+
+/// Returns an error if integrated pieces between complex points have left the complex frames, which real unknowns permit.
+///
+/// # Errors
+/// `NotComplex`, wrapped in `AtKnot`; the errors of evaluating the pieces.
+fn check_complex(field: ScalarField, pieces: &[RiemannianCubic]) -> Result<()> {
+    for (knot, piece) in pieces.iter().enumerate() {
+        for order in [0, 1] {
+            let middle = piece.derivative(0.5, order)?;
+            let checked = field.check([middle.as_ref()]);
+            checked.map_err(|error| error.at_knot(knot))?;
+        }
+    }
+    Ok(())
 }
 
 /// Knots and ends in the coordinates of their span.

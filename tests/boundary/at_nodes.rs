@@ -202,6 +202,7 @@ fn a_guess_leads_back_to_its_curve() {
             let defect = distance(&found.point(t).unwrap(), &curve.point(t).unwrap());
             assert_within(defect, 1e-10, &format!("{shape:?}"));
         }
+        assert_is_cubic(&found, &format!("{shape:?}, guess"));
     }
 }
 
