@@ -131,13 +131,11 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
 
     /// `x, x', x''` at the start.
     pub(super) fn start(&self) -> [&[f64]; 3] {
-        let start = [&self.data.velocities[0], &self.bends[0], &self.bends[1]];
-        start.map(Vec::as_slice)
+        start_of(self.data, &self.bends)
     }
 
     fn set_motion(&mut self) {
-        let start = [&self.data.velocities[0], &self.bends[0], &self.bends[1]];
-        let start = start.map(Vec::as_slice);
+        let start = start_of(self.data, &self.bends);
         let [x, x1, x2] = &mut self.x;
         let last = self.last.each_mut().map(Vec::as_mut_slice);
         set_motion(&self.nodes, start, &self.f, [x, x1, x2], last);
@@ -259,6 +257,10 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         out.frames = self.frames.on_nodes(&self.nodes, nodes);
         out
     }
+}
+
+fn start_of<'a>(data: &'a BoundaryData, [a, b]: &'a [Vec<f64>; 2]) -> [&'a [f64]; 3] {
+    [&data.velocities[0], a, b]
 }
 
 /// Number of columns of an element of `m` below the diagonal.

@@ -80,7 +80,7 @@ impl Collocated {
         let Some((nodes, x, frames)) = resolved(path) else {
             return Ok(None);
         };
-        let back = frame(blocks, path.first.s(), path.first.e());
+        let back = frame(&path.first);
         let size = path.r() * blocks.k;
         let coordinates = x.each_ref().map(|x| {
             let mut all = vec![0.0; nodes.len() * blocks.dim()];
@@ -110,7 +110,7 @@ impl Collocated {
         Ok(Some(Collocated {
             through: Barycentric::new(&nodes),
             frames,
-            end: &flow.frame * (back.transpose() * frame(blocks, path.last.s(), path.last.e())),
+            end: &flow.frame * (back.transpose() * frame(&path.last)),
             inside,
             rows,
         }))
@@ -395,7 +395,7 @@ fn square(blocks: Sized, x: &[f64]) -> f64 {
 /// Frames at the nodes relative to the one at the start: the points, and normals with `N' = -S b^T`.
 fn frames(path: &Path, nodes: &Nodes, x: &[f64]) -> Vec<Mat<f64>> {
     let Sized { m, k, .. } = path.blocks;
-    let start = frame(path.blocks, path.first.s(), path.first.e());
+    let start = frame(&path.first);
     let (r, rows, size) = (path.r(), path.rows(), path.r() * m);
     let mut points: Vec<Mat<f64>> = Vec::with_capacity(nodes.len());
     let mut rates = Vec::with_capacity(nodes.len() * size);
@@ -427,10 +427,11 @@ fn frames(path: &Path, nodes: &Nodes, x: &[f64]) -> Vec<Mat<f64>> {
     .collect()
 }
 
-/// A frame from its first `k` and its other columns, in column-major order.
-fn frame(blocks: Sized, s: &[f64], e: &[f64]) -> Mat<f64> {
-    let r = blocks.m + blocks.k;
-    Mat::from_fn(r, r, |i, j| match j.checked_sub(blocks.k) {
+/// The frame of a state: its first `k` and its other columns.
+fn frame(state: &State) -> Mat<f64> {
+    let Sized { m, k, .. } = state.blocks;
+    let (r, s, e) = (m + k, state.s(), state.e());
+    Mat::from_fn(r, r, |i, j| match j.checked_sub(k) {
         None => s[i + r * j],
         Some(j) => e[i + r * j],
     })

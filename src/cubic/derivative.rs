@@ -221,7 +221,12 @@ impl BoundaryDerivative {
         // `pull_back` is the transpose.
         let points = curve.sample(times, Quantity::Derivative(0), interrupt)?;
         let each = found.iter().zip(points.iter());
-        Ok(each.map(|(v, y)| v - y * (y.transpose() * v)).collect())
+        let each = each.map(|(v, y)| {
+            let horizontal = v - y * (y.transpose() * v);
+            check_range(VARIATION, horizontal.as_ref())?;
+            Ok(horizontal)
+        });
+        each.collect()
     }
 
     /// The gradient with respect to the boundary data of `sum tr(W^T S(t))` over cotangents `W` at given times `t`.

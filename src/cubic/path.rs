@@ -317,7 +317,7 @@ impl Path {
         let (size, (nodes, weights)) = (k2 + mk, &*PANEL);
         let stride = (self.accuracy.order + 1) * size;
         let (mut x, mut rate) = (vec![0.0; size], vec![0.0; size]);
-        // Polynomials of high order turn by more than one panel resolves.
+        // With one panel each, costs of hard boundary problems solved at nodes are off by up to 5e-10 instead of 8e-14.
         let panels = self.accuracy.order.div_ceil(2 * POINTS);
         let mut sum = 0.0;
         for (i, piece) in self.pieces.iter().enumerate() {

@@ -88,7 +88,10 @@ pub(crate) fn cubic_spline_of_legs(
 ///
 /// # Errors
 /// `NotComplex`, wrapped in `AtKnot`; the errors of evaluating the pieces.
-fn check_complex(field: ScalarField, pieces: &[RiemannianCubic]) -> Result<()> {
+pub(super) fn check_complex(field: ScalarField, pieces: &[RiemannianCubic]) -> Result<()> {
+    if field == ScalarField::Real {
+        return Ok(());
+    }
     for (knot, piece) in pieces.iter().enumerate() {
         for order in [0, 1] {
             let middle = piece.derivative(0.5, order)?;
@@ -214,4 +217,35 @@ fn finished<C: Solvable>(
     let piece = |leg: usize| chain.piece(leg, &solution, interrupt);
     let pieces = pieces(chain.lengths().len(), space, piece)?;
     Ok((pieces, solution))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cubic::IntegrationOptions;
+    use crate::linalg::complex_embedding::embed;
+
+    /// The curve on complex St(2, 1) with a given velocity at the first unit vector, embedded; and one that leaves these frames.
+    #[test]
+    fn pieces_that_leave_the_complex_frames_are_refused() {
+        let complex =
+            |entries: [faer::c64; 2]| embed(Mat::from_fn(2, 1, |i, _| entries[i]).as_ref());
+        let number = faer::c64::new;
+        let s = complex([number(1.0, 0.0), number(0.0, 0.0)]);
+        let inside = complex([number(0.0, 0.3), number(0.5, -0.7)]);
+        let mut outside = inside.clone();
+        // Tangent, but the second column is no longer `i` times the first.
+        outside[(1, 1)] += 0.1;
+        let curve = |v: &Mat<f64>| {
+            let (zero, options) = (Mat::zeros(4, 2), IntegrationOptions::default());
+            let [s, v, zero] = [&s, v, &zero].map(|x| x.as_ref());
+            RiemannianCubic::from_initial(s, v, zero, zero, &options).unwrap()
+        };
+        let pieces = [curve(&inside), curve(&outside)];
+        assert!(check_complex(ScalarField::Complex, &pieces[..1]).is_ok());
+        let error = check_complex(ScalarField::Complex, &pieces).unwrap_err();
+        assert!(matches!(&error, Error::AtKnot { knot: 1, .. }), "{error}");
+        assert!(matches!(error.cause(), Error::NotComplex { .. }), "{error}");
+        assert!(check_complex(ScalarField::Real, &pieces).is_ok());
+    }
 }

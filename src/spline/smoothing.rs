@@ -29,6 +29,7 @@ use super::knots;
 use super::options::{MAX_ITERATIONS, SplineOptions};
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
+use super::riemannian::check_complex;
 use super::riemannian::cubic_spline;
 use super::straight::Straight;
 use super::validation::Validation;
@@ -245,6 +246,7 @@ fn smoothed(
             report,
         });
     }
+    check_complex(options.field, &solved.pieces)?;
     let found = solved.lambda * heaviest * knots.unit * knots.unit * knots.unit;
     let lambda = options.lambda.unwrap_or(found);
     if options.lambda.is_none() && !lambda.is_normal() {

@@ -3,11 +3,12 @@
 use faer::{Mat, MatRef};
 use stiefel_rs::cubic::{BoundaryOptions, BoundaryStrategy, IntegrationOptions};
 use stiefel_rs::linalg::complex_embedding::embed;
-use stiefel_rs::{Curve, Result, RiemannianCubic, ScalarField};
+use stiefel_rs::{Curve, RiemannianCubic, ScalarField};
 
 use crate::common::{
-    Rng, Worst, assert_within, cyclic_permutation, distance, gaussian, identity, negate_column,
-    partner_at_angles, random_orthogonal, random_point, random_tangent, retract,
+    Rng, Worst, assert_within, cyclic_permutation, distance, gaussian, identity,
+    integrated_from_start, negate_column, partner_at_angles, random_orthogonal, random_point,
+    random_tangent, retract,
 };
 use crate::data::{Data, END};
 
@@ -48,19 +49,7 @@ fn assert_is_solution(data: &Data, options: &BoundaryOptions<'_>, what: &str) {
 
 /// Asserts that a curve, a polynomial or several, has the derivatives of the cubic integrated from its start.
 fn assert_is_cubic(curve: &RiemannianCubic, what: &str) {
-    let [s, v, a, j] = [
-        curve.point(0.0),
-        curve.derivative(0.0, 1),
-        curve.acceleration(0.0),
-        curve.jerk(0.0),
-    ]
-    .map(Result::unwrap);
-    let options = IntegrationOptions {
-        tension: curve.tension(),
-        ..Default::default()
-    };
-    let [s, v, a, j] = [&s, &v, &a, &j].map(|x| x.as_ref());
-    let integrated = RiemannianCubic::from_initial(s, v, a, j, &options).unwrap();
+    let integrated = integrated_from_start(curve);
     for order in 0..4 {
         let at = |curve: &RiemannianCubic, t: f64| curve.derivative(t, order).unwrap();
         for t in [0.0, 0.1, 0.37, 0.5, 0.8, 1.0] {

@@ -5,7 +5,10 @@ use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use faer::{Mat, MatRef, Scale};
-use stiefel_rs::{Curve, GeometricCubic, Interrupt, QuasiGeodesic, orthogonal_log, skew_exp};
+use stiefel_rs::cubic::IntegrationOptions;
+use stiefel_rs::{
+    Curve, GeometricCubic, Interrupt, QuasiGeodesic, RiemannianCubic, orthogonal_log, skew_exp,
+};
 
 /// Machine epsilon, twice the unit round-off of `f64`.
 pub const EPS: f64 = f64::EPSILON;
@@ -366,4 +369,21 @@ pub fn counted<T>(solve: impl FnOnce(Interrupt<'_>) -> T) -> (usize, T) {
     };
     let result = solve(Interrupt::new(&count));
     (checks.into_inner(), result)
+}
+
+/// The cubic integrated from the state of another one at time 0.
+pub fn integrated_from_start(curve: &RiemannianCubic) -> RiemannianCubic {
+    let state = [
+        curve.point(0.0),
+        curve.derivative(0.0, 1),
+        curve.acceleration(0.0),
+        curve.jerk(0.0),
+    ];
+    let state = state.map(|x| x.unwrap());
+    let [s, v, a, j] = state.each_ref().map(|x| x.as_ref());
+    let options = IntegrationOptions {
+        tension: curve.tension(),
+        ..Default::default()
+    };
+    RiemannianCubic::from_initial(s, v, a, j, &options).unwrap()
 }

@@ -1,11 +1,12 @@
 //! Splines whose legs are solved in the embedding: many dimensions, and matrices taller than the span of a leg.
 
 use faer::Mat;
-use stiefel_rs::cubic::IntegrationOptions;
 use stiefel_rs::spline::{EndCondition, EndConditions, Piecewise};
 use stiefel_rs::{Curve, RiemannianCubic};
 
-use crate::common::{Rng, assert_within, distance, random_rotation, random_tangent};
+use crate::common::{
+    Rng, assert_within, distance, integrated_from_start, random_rotation, random_tangent,
+};
 use crate::knots::walk;
 use crate::smoothness::{MET, SMOOTH, acceleration, jump, spline, velocity};
 
@@ -26,18 +27,8 @@ const SHAPES: [(usize, usize); 11] = [
 
 /// The largest distance of the pieces from the cubics that are integrated from their data at the start.
 fn far_from_cubics(curve: &Piecewise<RiemannianCubic>) -> f64 {
-    let options = IntegrationOptions::default();
     let far = |piece: &RiemannianCubic| {
-        let [s, v, a, j] = [
-            piece.point(0.0),
-            piece.derivative(0.0, 1),
-            piece.acceleration(0.0),
-            piece.jerk(0.0),
-        ]
-        .map(Result::unwrap);
-        let data = [&s, &v, &a, &j].map(Mat::as_ref);
-        let cubic = RiemannianCubic::from_initial(data[0], data[1], data[2], data[3], &options);
-        let cubic = cubic.unwrap();
+        let cubic = integrated_from_start(piece);
         let apart = [0.3, 0.8, 1.0].map(|u| {
             let points = [piece, &cubic].map(|curve| curve.point(u).unwrap());
             let velocities = [piece, &cubic].map(|curve| curve.derivative(u, 1).unwrap());
