@@ -63,9 +63,8 @@ def line_of_caller():
 
 
 @pytest.fixture
-def theirs(request, monkeypatch):
+def theirs(monkeypatch):
     """SciPy's tests with another spline."""
-    request.config.addinivalue_line("markers", "skip_xp_backends: a mark of SciPy's test runner")
     module = pytest.importorskip(MODULE, reason="this SciPy comes without its tests")
     monkeypatch.setattr(module, "RotationSpline", ours)
     return module
