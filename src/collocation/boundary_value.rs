@@ -12,7 +12,8 @@ use std::sync::Arc;
 use super::boundary_curve::boundary_curve;
 use super::boundary_leg::{BoundaryData, BoundaryLeg};
 use super::boundary_linear::BoundaryLinear;
-use super::lane_nodes::{LaneNodes, nodes};
+use super::expansion::EXACT;
+use super::lane_nodes::{LaneNodes, MOST, nodes};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::legs::Dense;
@@ -41,9 +42,6 @@ const TAIL: f64 = 1e-11;
 /// Number of multiplications in one product with the linearised equations beyond which another method is used: work, memory
 /// and time without a poll for interruption grow with it. An estimate of a second, not measured.
 const LARGEST: f64 = 1e9;
-
-/// Largest number of nodes.
-const MOST: usize = 48;
 
 /// Largest relative residual of a solution of the linear equations; smaller ones near the solution, where Newton's method
 /// squares the residual.
@@ -110,13 +108,11 @@ pub(crate) fn solve_between_ends(
                 steps: 0,
             });
         };
-        let is_found = newton.solve()?;
-        let Newton { leg, steps, .. } = newton;
-        let found = is_found.then(|| Found {
-            curve: boundary_curve(&leg),
-            bends: leg.bends,
-        });
-        Ok(Outcome { found, steps })
+        let found = newton.solve()?;
+        Ok(Outcome {
+            found,
+            steps: newton.steps,
+        })
     })
 }
 
@@ -158,31 +154,38 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
         })
     }
 
-    /// Whether a solution is found.
+    /// The solution, on as many nodes as its frames need, and its polynomials with it; without these, if they would need too
+    /// many.
     ///
     /// # Errors
     /// `Interrupted`.
-    fn solve(&mut self) -> Result<bool> {
+    fn solve(&mut self) -> Result<Option<Found>> {
         if !self.run(ROUGH, |_| ROUGH)? {
-            return Ok(false);
+            return Ok(None);
         }
         let speed = larger(self.leg.speed(), self.leg.tension().sqrt());
         let mut more = lane_nodes(FINE, speed);
         let inside = |leg: &BoundaryLeg<'_, S>| INSIDE.max(ROUND_OFF * leg.largest_bend());
+        let mut found = None;
         while let Some(nodes) = more {
             if nodes.count() > self.leg.nodes.count() {
                 self.leg = self.leg.on_nodes(&nodes);
                 self.leg.evaluate(f64::EPSILON);
             }
             if !self.run(self.limits.tolerance, inside)? {
-                return Ok(false);
+                break;
             }
             if self.leg.tail() <= TAIL {
-                return Ok(true);
+                let (bends, curve) = (self.leg.bends.clone(), boundary_curve(&self.leg));
+                let is_last = curve.is_some() || self.leg.nodes.count() >= EXACT;
+                found = Some(Found { bends, curve });
+                if is_last {
+                    break;
+                }
             }
             more = lane_nodes([0.0, 1.0], nodes.count() as f64 + 1.0);
         }
-        Ok(false)
+        Ok(found)
     }
 
     /// Iterates until the end is as near as wanted, and the equations are satisfied along the curve; `false` if they
