@@ -3,7 +3,7 @@
 //! Every variant carries the numbers needed to act on it. Invalid data never cause a panic: they are checked once, at
 //! the public entry, and returned as one of these errors.
 
-use crate::report::SolverReport;
+use crate::report::{SolverReport, StopReason};
 
 /// Errors of the crate, with the measured numbers.
 ///
@@ -433,6 +433,22 @@ impl Error {
         }
     }
 
+    /// The error after `steps` of at most `limit` steps with `left` time remaining, if the next step has the given length.
+    pub(crate) fn too_many_steps(
+        solver: &'static str,
+        [steps, limit]: [usize; 2],
+        left: f64,
+        length: f64,
+    ) -> Self {
+        Error::TooManySteps {
+            solver,
+            limit,
+            // A length of zero: more than can be counted.
+            forecast: (left / length).min(f64::MAX).ceil(),
+            report: SolverReport::new(StopReason::MaxIterations, steps, left, 0.0),
+        }
+    }
+
     pub(crate) fn is_interrupted(&self) -> bool {
         matches!(self, Error::Interrupted { .. })
     }
@@ -455,3 +471,11 @@ impl Error {
 
 /// The crate's result type.
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// `None` for an attempt that failed; other results, and `Interrupted`, are passed on.
+pub(crate) fn unless_interrupted<T>(outcome: Result<T>) -> Result<Option<T>> {
+    match outcome {
+        Err(error) if error.is_interrupted() => Err(error),
+        other => Ok(other.ok()),
+    }
+}

@@ -407,13 +407,7 @@ fn add_columns<const X: usize, const Z: usize>(
 }
 
 fn step_failed(iterations: usize, residual: f64, reason: StopReason) -> Error {
-    let report = SolverReport {
-        converged: false,
-        iterations,
-        residual,
-        tolerance: LAST_CORRECTION,
-        reason,
-    };
+    let report = SolverReport::new(reason, iterations, residual, LAST_CORRECTION);
     Error::NoConvergence {
         solver: "implicit step",
         report,

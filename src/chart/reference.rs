@@ -175,13 +175,7 @@ where
         if self.steps < MAX_STEPS && ahead < MAX_STEPS as f64 * length {
             return Ok(());
         }
-        let report = SolverReport {
-            converged: false,
-            iterations: self.steps,
-            residual: ahead,
-            tolerance: 0.0,
-            reason: StopReason::MaxIterations,
-        };
+        let report = SolverReport::new(StopReason::MaxIterations, self.steps, ahead, 0.0);
         Err(Error::NoConvergence {
             solver: SOLVER,
             report,

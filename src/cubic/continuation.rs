@@ -13,7 +13,7 @@ use faer::Mat;
 use super::end_map::EndMap;
 use super::homotopy::Homotopy;
 use super::taylor::Accuracy;
-use crate::error::{Error, Result};
+use crate::error::{Result, unless_interrupted};
 use crate::linalg::decomp::solve_square;
 use crate::solve::gmres::{dot, norm};
 
@@ -188,13 +188,14 @@ impl<'a> Tracer<'a> {
         let mut beside = [Vec::new(), Vec::new()];
         for (equations, side) in beside.iter_mut().zip([-DIFFERENCE, DIFFERENCE]) {
             self.map.set_target(&self.homotopy.target(lambda + side)?);
-            let Some((found, _)) = lost(self.map.equations(&y, accuracy))? else {
+            let Some((found, _)) = unless_interrupted(self.map.equations(&y, accuracy))? else {
                 return Ok(None);
             };
             *equations = found;
         }
         self.map.set_target(&self.homotopy.target(lambda)?);
-        let Some((jacobian, mut right)) = lost(self.map.derivative(&y, accuracy))? else {
+        let Some((jacobian, mut right)) = unless_interrupted(self.map.derivative(&y, accuracy))?
+        else {
             return Ok(None);
         };
         right.push(0.0);
@@ -231,13 +232,4 @@ fn tangent(matrix: &Mat<f64>) -> Option<Vec<f64>> {
     let solution = solve_square(matrix.as_ref(), &right)?;
     let size = norm(&solution);
     (size.is_finite() && size > 0.0).then(|| solution.iter().map(|x| x / size).collect())
-}
-
-/// `None` if the curve of `y` cannot be integrated.
-fn lost<T>(outcome: Result<T>) -> Result<Option<T>> {
-    match outcome {
-        Ok(found) => Ok(Some(found)),
-        Err(error @ Error::Interrupted { .. }) => Err(error),
-        Err(_) => Ok(None),
-    }
 }

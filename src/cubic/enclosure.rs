@@ -288,12 +288,6 @@ fn interval_bounds(a: &Sample, b: &Sample, width: f64, path: &Path) -> Option<[f
 fn not_converged(iterations: usize, width: f64) -> Error {
     Error::NoConvergence {
         solver: SOLVER,
-        report: SolverReport {
-            converged: false,
-            iterations,
-            residual: width,
-            tolerance: GAP,
-            reason: StopReason::MaxIterations,
-        },
+        report: SolverReport::new(StopReason::MaxIterations, iterations, width, GAP),
     }
 }

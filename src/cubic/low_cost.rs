@@ -13,7 +13,7 @@ use super::shooting::takes_response;
 use super::solution::Solution;
 use super::solver::{Reported, Solver};
 use super::work::of_products;
-use crate::error::{Error, Result};
+use crate::error::{Result, unless_interrupted};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
@@ -191,10 +191,7 @@ impl Solver<'_> {
             },
             Start::Geometric => DescentStart::along_geometric(problem),
         };
-        match curve {
-            Err(error @ Error::Interrupted { .. }) => Err(error),
-            curve => Ok(curve.ok()),
-        }
+        unless_interrupted(curve)
     }
 
     /// Applies Newton's method to the results, best first, until it finds a solution; of those not at rest only the

@@ -4,9 +4,9 @@ use faer::{MatMut, MatRef};
 
 use super::blocks::{Blocks, Fixed, Series, Sized, block};
 use super::state::State;
-use super::taylor::{Accuracy, March, too_many_steps};
+use super::taylor::{Accuracy, March, SOLVER};
 use crate::curve::gauss_legendre::{PANEL, POINTS};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::space::Quotient;
 
@@ -194,12 +194,8 @@ impl Path {
         vectors.reserve(USUAL_STEPS * size * vector);
         let outcome = march.run(t, interrupt, &mut |series, start, length| {
             if points.len() + vectors.len() + 2 * size * rk > MAX_COEFFICIENTS {
-                return Err(too_many_steps(
-                    pieces.len(),
-                    pieces.len(),
-                    (t - start).abs(),
-                    length.abs(),
-                ));
+                let (count, left) = ([pieces.len(); 2], (t - start).abs());
+                return Err(Error::too_many_steps(SOLVER, count, left, length.abs()));
             }
             let end = start + length;
             pieces.push(Piece {

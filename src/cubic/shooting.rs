@@ -13,7 +13,7 @@ use super::broyden::{Broyden, Start};
 use super::end_equations::{Residual, Target, evaluate, flat_inverse};
 use super::taylor::{Accuracy, March};
 use super::work::{TRIALS, Work, work_of_curve, work_of_step};
-use crate::error::{Error, Result};
+use crate::error::{Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
 use crate::linalg::dual::{Dual, jacobian};
@@ -172,13 +172,12 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             y.copy_from_slice(&accepted);
             (found, known) = (nearer, accuracy);
         };
-        Ok(SolverReport {
-            converged: reason == StopReason::Converged,
-            iterations,
-            residual: found.distance,
-            tolerance: reached,
+        Ok(SolverReport::new(
             reason,
-        })
+            iterations,
+            found.distance,
+            reached,
+        ))
     }
 
     /// A bound on the round-off in the distance of the end: the effect of changing the last digits of the start.
@@ -207,10 +206,8 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             return Ok(None);
         };
         let trial: Vec<f64> = y.iter().zip(&step).map(|(y, s)| y + s).collect();
-        let nearer = match self.residual(&trial, accuracy) {
-            Ok(nearer) => nearer,
-            Err(error @ Error::Interrupted { .. }) => return Err(error),
-            Err(_) => return Ok(None),
+        let Some(nearer) = unless_interrupted(self.residual(&trial, accuracy))? else {
+            return Ok(None);
         };
         if nearer.distance > USELESS * found.distance {
             return Ok(None);
@@ -236,12 +233,11 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             self.interrupt.check(SOLVER)?;
             let damping = 0.5_f64.powi(halving);
             let trial: Vec<f64> = y.iter().zip(step).map(|(y, s)| y - damping * s).collect();
-            match self.residual(&trial, accuracy) {
-                Ok(found) if found.distance <= (1.0 - SUFFICIENT_DECREASE * damping) * distance => {
-                    return Ok(Some((trial, found)));
-                }
-                Err(error @ Error::Interrupted { .. }) => return Err(error),
-                Ok(_) | Err(_) => {}
+            let enough = (1.0 - SUFFICIENT_DECREASE * damping) * distance;
+            if let Some(found) = unless_interrupted(self.residual(&trial, accuracy))?
+                && found.distance <= enough
+            {
+                return Ok(Some((trial, found)));
             }
         }
         Ok(None)

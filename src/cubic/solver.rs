@@ -13,7 +13,7 @@ use super::solution::Solution;
 use super::taylor::Accuracy;
 use super::work::work_of_curve;
 use crate::collocation::Start;
-use crate::error::{Error, Result};
+use crate::error::{Result, unless_interrupted};
 use crate::report::{SolverReport, StopReason};
 use crate::shooting::StartResponse;
 use crate::solve::gmres::norm;
@@ -178,11 +178,8 @@ impl<'a> Solver<'a> {
         response: Option<&StartResponse>,
     ) -> Result<Option<Solution>> {
         let mut y = start.to_vec();
-        match self.persistent(&mut y, response) {
-            Err(error @ Error::Interrupted { .. }) => Err(error),
-            Err(_) | Ok(false) => Ok(None),
-            Ok(true) => Ok(Some(Solution::of_start(y))),
-        }
+        let is_found = unless_interrupted(self.persistent(&mut y, response))?;
+        Ok((is_found == Some(true)).then(|| Solution::of_start(y)))
     }
 
     /// The solution with the given `(x', x'')` at the start, integrated, or the one to which shooting leads from there if
@@ -191,10 +188,9 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// `Interrupted`.
     pub(super) fn integrated(&mut self, start: Vec<f64>) -> Result<Option<Solution>> {
-        let path = match self.problem.path(&start, self.options.interrupt) {
-            Ok(path) => path,
-            Err(error @ Error::Interrupted { .. }) => return Err(error),
-            Err(_) => return Ok(None),
+        let path = self.problem.path(&start, self.options.interrupt);
+        let Some(path) = unless_interrupted(path)? else {
+            return Ok(None);
         };
         self.map.count(work_of_curve(self.problem.blocks()));
         match self.accepted(&start, path) {
@@ -251,12 +247,9 @@ impl<'a> Solver<'a> {
 
     /// The family from the end of a curve to the given end; `None` if the two ends cannot be joined.
     pub(super) fn family_from(&mut self, from: &[f64]) -> Result<Option<Homotopy>> {
-        let end = match self.map.end(from, Accuracy::of_tolerance(ACCURACY)) {
-            Ok(end) => end,
-            Err(error @ Error::Interrupted { .. }) => return Err(error),
-            Err(_) => return Ok(None),
-        };
-        Ok(Homotopy::new(self.problem, end).ok())
+        let end = self.map.end(from, Accuracy::of_tolerance(ACCURACY));
+        let end = unless_interrupted(end)?;
+        Ok(end.and_then(|end| Homotopy::new(self.problem, end).ok()))
     }
 
     /// The first solution of the problem along a family.
@@ -292,10 +285,9 @@ impl<'a> Solver<'a> {
         let outcome = tracer.run(from, |map, near| {
             map.set_target(target);
             let mut y = near.to_vec();
-            let report = match map.solve(&mut y, None, tolerance, most) {
-                Ok(report) => report,
-                Err(error @ Error::Interrupted { .. }) => return Err(error),
-                Err(_) => return Ok(Next::Refine),
+            let solved = map.solve(&mut y, None, tolerance, most);
+            let Some(report) = unless_interrupted(solved)? else {
+                return Ok(Next::Refine);
             };
             newton_steps += report.iterations;
             if report.converged || report.residual < nearest.0 {
@@ -321,17 +313,12 @@ impl<'a> Solver<'a> {
             }
             nearest => nearest,
         };
+        let tolerance = match reason {
+            StopReason::Converged => self.tolerance.max(residual),
+            _ => self.tolerance,
+        };
         BoundaryReport {
-            solver: SolverReport {
-                converged: reason == StopReason::Converged,
-                iterations: self.newton_steps,
-                residual,
-                tolerance: match reason {
-                    StopReason::Converged => self.tolerance.max(residual),
-                    _ => self.tolerance,
-                },
-                reason,
-            },
+            solver: SolverReport::new(reason, self.newton_steps, residual, tolerance),
             strategy,
             continuation_steps: self.continuation_steps,
             starts: self.starts,

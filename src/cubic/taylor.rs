@@ -14,12 +14,11 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::Number;
 use crate::linalg::simd::vectorised;
-use crate::report::{SolverReport, StopReason};
 
 /// Maximal number of steps.
 pub(crate) const MAX_STEPS: usize = 100_000;
 
-const SOLVER: &str = "Taylor integration";
+pub(super) const SOLVER: &str = "Taylor integration";
 
 /// Accuracy of a step, and the number of its terms.
 #[derive(Debug, Clone, Copy)]
@@ -189,12 +188,8 @@ impl<T: Number, B: Blocks> March<T, B> {
         if left > 0 && ahead.abs() <= left as f64 * length {
             return Ok(());
         }
-        Err(too_many_steps(
-            self.max_steps,
-            self.steps,
-            ahead.abs(),
-            length,
-        ))
+        let count = [self.steps, self.max_steps];
+        Err(Error::too_many_steps(SOLVER, count, ahead.abs(), length))
     }
 
     /// The step at which the last three terms fall below the truncation; NaN if they are not finite.
@@ -264,24 +259,6 @@ fn largest_of<T: Number>(entries: &[T]) -> f64 {
         }
     }
     largest
-}
-
-/// The error after `steps` steps with `left` time remaining, if the next step has the given length.
-pub(crate) fn too_many_steps(limit: usize, steps: usize, left: f64, length: f64) -> Error {
-    let report = SolverReport {
-        converged: false,
-        iterations: steps,
-        residual: left,
-        tolerance: 0.0,
-        reason: StopReason::MaxIterations,
-    };
-    Error::TooManySteps {
-        solver: SOLVER,
-        limit,
-        // A length of zero: more than can be counted.
-        forecast: (left / length).min(f64::MAX).ceil(),
-        report,
-    }
 }
 
 /// Replaces the coefficient of order 0 by the value at `t`; overwrites the one of the highest order.

@@ -54,13 +54,7 @@ pub(super) fn squared_acceleration(
         }
         previous = sum;
     }
-    let report = SolverReport {
-        converged: false,
-        iterations: MAX_DOUBLINGS,
-        residual: change,
-        tolerance,
-        reason: StopReason::MaxIterations,
-    };
+    let report = SolverReport::new(StopReason::MaxIterations, MAX_DOUBLINGS, change, tolerance);
     Err(Error::NoConvergence {
         solver: "cost quadrature",
         report,

@@ -197,13 +197,7 @@ impl Lift {
 fn unresolved(pieces: usize, length: f64) -> Error {
     Error::NoConvergence {
         solver: SOLVER,
-        report: SolverReport {
-            converged: false,
-            iterations: pieces,
-            residual: length.abs(),
-            tolerance: SHORTEST,
-            reason: StopReason::Stagnated,
-        },
+        report: SolverReport::new(StopReason::Stagnated, pieces, length.abs(), SHORTEST),
     }
 }
 
@@ -212,13 +206,7 @@ fn too_long(pieces: usize, left: f64) -> Error {
         solver: SOLVER,
         limit: MAX_PIECES,
         forecast: left.ceil(),
-        report: SolverReport {
-            converged: false,
-            iterations: pieces,
-            residual: left,
-            tolerance: 0.0,
-            reason: StopReason::MaxIterations,
-        },
+        report: SolverReport::new(StopReason::MaxIterations, pieces, left, 0.0),
     }
 }
 

@@ -393,12 +393,6 @@ fn in_blocks<T: Sync, R: Send, F: Evaluation>(
 fn not_converged(iterations: usize, residual: f64, tolerance: f64) -> Error {
     Error::NoConvergence {
         solver: SOLVER,
-        report: SolverReport {
-            converged: false,
-            iterations,
-            residual,
-            tolerance,
-            reason: StopReason::MaxIterations,
-        },
+        report: SolverReport::new(StopReason::MaxIterations, iterations, residual, tolerance),
     }
 }

@@ -334,24 +334,12 @@ fn length(x: &[f64]) -> f64 {
 }
 
 fn converged(iterations: usize, residual: f64, tolerance: f64) -> SolverReport {
-    SolverReport {
-        converged: true,
-        iterations,
-        residual,
-        tolerance,
-        reason: StopReason::Converged,
-    }
+    SolverReport::new(StopReason::Converged, iterations, residual, tolerance)
 }
 
 fn failed(iterations: usize, residual: f64, tolerance: f64, reason: StopReason) -> Error {
     Error::NoConvergence {
         solver: SOLVER,
-        report: SolverReport {
-            converged: false,
-            iterations,
-            residual,
-            tolerance,
-            reason,
-        },
+        report: SolverReport::new(reason, iterations, residual, tolerance),
     }
 }

@@ -14,7 +14,6 @@ use crate::interrupt::Interrupt;
 use crate::linalg::decomp::{singular_range, solve_matrix};
 use crate::linalg::field::{multiply, set_identity};
 use crate::linalg::structure::{check_range, row_by_row};
-use crate::report::{SolverReport, StopReason};
 use crate::space::Homogeneous;
 
 /// Maximal number of floating-point numbers of one leg, checked before it: four gigabytes.
@@ -87,7 +86,12 @@ pub(super) fn of_legs(
         let Some(leg) = LinearLeg::from_start(space, &own, tau, has_points) else {
             length *= 0.5;
             if start + length == start {
-                return Err(too_many(count, 1.0 - start, length));
+                return Err(Error::too_many_steps(
+                    SOLVER,
+                    [count; 2],
+                    1.0 - start,
+                    length,
+                ));
             }
             continue;
         };
@@ -116,7 +120,7 @@ pub(super) fn of_legs(
         };
         let left = 1.0 - start;
         if numbers > LARGEST && left != 0.0 {
-            return Err(too_many(count, left, length));
+            return Err(Error::too_many_steps(SOLVER, [count; 2], left, length));
         }
         // The same number of legs, but of equal length.
         length = left / (left / length).ceil().max(1.0);
@@ -244,23 +248,6 @@ fn bends(flow: &Mat<f64>) -> Result<Mat<f64>> {
         let [point, velocity] = [0, d].map(|part| found[(part + i % d, j)]);
         FLAT[i / d][0] * point + FLAT[i / d][1] * velocity
     }))
-}
-
-/// The error after `legs` legs with `left` time remaining, if the next leg has the given length.
-fn too_many(legs: usize, left: f64, length: f64) -> Error {
-    let report = SolverReport {
-        converged: false,
-        iterations: legs,
-        residual: left,
-        tolerance: 0.0,
-        reason: StopReason::MaxIterations,
-    };
-    Error::TooManySteps {
-        solver: SOLVER,
-        limit: legs,
-        forecast: (left / length).min(f64::MAX).ceil(),
-        report,
-    }
 }
 
 /// `x, x', x''` in another unit of time.

@@ -6,7 +6,7 @@
 
 use faer::{Mat, MatMut};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
 use crate::report::{SolverReport, StopReason};
@@ -164,10 +164,9 @@ pub fn solve(
             for i in 0..m {
                 trial[i] = x[i] - damping * step[i];
             }
-            match problem.evaluate(&trial, &mut trial_residual, None) {
-                Ok(()) => {}
-                Err(error @ Error::Interrupted { .. }) => return Err(error),
-                Err(_) => continue,
+            let evaluated = problem.evaluate(&trial, &mut trial_residual, None);
+            if unless_interrupted(evaluated)?.is_none() {
+                continue;
             }
             let trial_size = norm(&trial_residual);
             if trial_size <= (1.0 - SUFFICIENT_DECREASE * damping) * size {
@@ -182,14 +181,12 @@ pub fn solve(
         }
         iterations += 1;
     };
-    let converged = reason == StopReason::Converged;
-    Ok(SolverReport {
-        converged,
-        iterations,
-        residual: size,
-        tolerance: options.tolerance,
+    Ok(SolverReport::new(
         reason,
-    })
+        iterations,
+        size,
+        options.tolerance,
+    ))
 }
 
 fn norm(x: &[f64]) -> f64 {

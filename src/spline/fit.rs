@@ -7,7 +7,7 @@ use super::flat_smoothing::{FlatSmoothing, add_scaled};
 use super::motion::Motion;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
-use crate::error::Result;
+use crate::error::{Result, unless_interrupted};
 use crate::manifold::Grassmann;
 use crate::manifold::Stiefel;
 use crate::report::{SolverReport, StopReason};
@@ -304,11 +304,8 @@ impl<'d, C: Movable> Fit<'d, C> {
             let found = self.balance(&state, accuracy)?;
             Ok((state, found))
         });
-        match found {
-            Err(error) if error.is_interrupted() => Err(error),
-            Ok((state, found)) if found.size.is_finite() => Ok(Some((state, found))),
-            Ok(_) | Err(_) => Ok(None),
-        }
+        let found = unless_interrupted(found)?;
+        Ok(found.filter(|(_, found)| found.size.is_finite()))
     }
 
     /// The state after a fraction of a step: knots moved with their velocities, and the motion changed.

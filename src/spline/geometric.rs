@@ -11,7 +11,7 @@ use super::options::SplineOptions;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
 use crate::curve::GeometricCubic;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::linalg::product::axpy;
 use crate::manifold::only_bases::advised_knots;
@@ -190,13 +190,7 @@ impl<'a> Problem<'a> {
             };
             (velocities, found) = better;
         };
-        let report = SolverReport {
-            converged: reason == StopReason::Converged,
-            iterations,
-            residual: found.size,
-            tolerance,
-            reason,
-        };
+        let report = SolverReport::new(reason, iterations, found.size, tolerance);
         Ok((velocities, report))
     }
 
@@ -238,11 +232,8 @@ impl<'a> Problem<'a> {
 
     /// [`Problem::residual`]; `None` if a piece does not exist.
     fn try_residual(&mut self, velocities: &[f64]) -> Result<Option<Residual>> {
-        match self.residual(velocities) {
-            Ok(found) => Ok(found.total.is_finite().then_some(found)),
-            Err(error @ Error::Interrupted { .. }) => Err(error),
-            Err(_) => Ok(None),
-        }
+        let found = unless_interrupted(self.residual(velocities))?;
+        Ok(found.filter(|found| found.total.is_finite()))
     }
 
     /// The Newton step by GMRES, with derivatives by difference quotients.
@@ -256,11 +247,9 @@ impl<'a> Problem<'a> {
             }
             Result::Ok(())
         });
-        match solved {
-            Err(error @ Error::Interrupted { .. }) => Err(error),
-            // Use the partial step; the line search judges it.
-            _ => Ok(step),
-        }
+        // The partial step of an iteration that failed is judged by the line search.
+        unless_interrupted(solved)?;
+        Ok(step)
     }
 
     fn descend(

@@ -14,7 +14,7 @@ use super::motion::Motion;
 use super::solvable::{Effort, Solution};
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
-use crate::error::Result;
+use crate::error::{Result, unless_interrupted};
 use crate::legs::ROUND_OFF;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
@@ -178,10 +178,9 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         let step = match &self.method {
             Method::Flat => self.problem.flat_step(&self.found)?,
             Method::Linear(linear) => self.problem.linear_step(linear, &self.found),
-            Method::Krylov => match self.krylov_step() {
-                Err(error) if error.is_interrupted() => return Err(error),
-                Err(_) => return Ok(Some(StopReason::Stagnated)),
-                Ok(step) => step,
+            Method::Krylov => match unless_interrupted(self.krylov_step())? {
+                Some(step) => step,
+                None => return Ok(Some(StopReason::Stagnated)),
             },
         };
         let newton = match self.method {
@@ -284,11 +283,9 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     fn tried(&self, share: f64, increment: &[f64]) -> Result<Option<(Motion, Residual)>> {
         let mut motion = self.motion.clone();
         motion.add(share, increment);
-        match self.residual(&motion) {
-            Err(error) if error.is_interrupted() => Err(error),
-            Ok(found) if found.size.is_finite() => Ok(Some((motion, found))),
-            Ok(_) | Err(_) => Ok(None),
-        }
+        let found = unless_interrupted(self.residual(&motion))?;
+        let found = found.filter(|found| found.size.is_finite());
+        Ok(found.map(|found| (motion, found)))
     }
 
     /// Merit function of a Newton step: the norm in which its linear equations were solved.

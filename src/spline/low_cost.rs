@@ -8,10 +8,10 @@
 use super::chain::{Arrivals, Chain};
 use super::ends::{End, Ends};
 use super::motion::Motion;
-use super::solvable::{Effort, Solution, Solvable, Start, unless_interrupted};
+use super::solvable::{Effort, Solution, Solvable, Start};
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
-use crate::error::Result;
+use crate::error::{Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 
 /// Leg length above which knots count as distant. For natural splines through five random knots, the iteration alone

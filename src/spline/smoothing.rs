@@ -344,13 +344,12 @@ fn between(
         lambda,
         misfit: 0.0,
         degrees_of_freedom: 2.0,
-        report: SolverReport {
-            converged: true,
-            reason: StopReason::Converged,
+        report: SolverReport::new(
+            StopReason::Converged,
             iterations,
             residual,
-            tolerance: options.tolerance.max(residual),
-        },
+            options.tolerance.max(residual),
+        ),
     })
 }
 

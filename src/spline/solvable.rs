@@ -92,14 +92,6 @@ impl Solution {
     }
 }
 
-/// `None` for a start that cannot be integrated; other results, and `Interrupted`, are passed on.
-pub(super) fn unless_interrupted<T>(outcome: Result<T>) -> Result<Option<T>> {
-    match outcome {
-        Err(error) if error.is_interrupted() => Err(error),
-        other => Ok(other.ok()),
-    }
-}
-
 /// A chain with a solver for its splines.
 pub(super) trait Solvable: Chain {
     /// Solves the equations of a spline.

@@ -7,9 +7,9 @@ use super::ends::Ends;
 use super::framed::Framed;
 use super::low_cost::{self, Cheapest};
 use super::options::SplineOptions;
-use super::solvable::{Effort, Solution, Solvable, Start, unless_interrupted};
+use super::solvable::{Effort, Solution, Solvable, Start};
 use crate::cubic::work::{TRIALS, Work};
-use crate::error::Result;
+use crate::error::{Result, unless_interrupted};
 use crate::manifold::only_bases::Appearance;
 use crate::report::{SolverReport, StopReason};
 
