@@ -10,7 +10,7 @@ use super::blocks::Sized;
 use super::initial::Horizontal;
 use super::linear_flow::{LinearFlow, side_by_side};
 use super::packing::{pack, pack_blocks, pack_gradient, unpack};
-use super::path::Path;
+use super::path::{Path, square};
 use super::state::State;
 use super::taylor::Accuracy;
 use crate::collocation::{LinearBoundary, are_resolved, linear_nodes, more_nodes};
@@ -354,7 +354,9 @@ fn resolved(path: &Path) -> Option<AtNodes> {
     loop {
         let x = vectors_at(path, &nodes.s);
         let size = path.r() * path.blocks.k;
-        let squares = x[0].chunks_exact(size).map(|x| square(path.blocks, x));
+        let squares = x[0]
+            .chunks_exact(size)
+            .map(|x| square(x, path.blocks.k.pow(2)));
         let speed = squares.fold(0.0, larger).sqrt();
         let needed = linear_nodes(larger(speed, growth))?;
         if needed.len() > nodes.len() {
@@ -383,13 +385,6 @@ fn vectors_at(path: &Path, times: &[f64]) -> [Vec<f64>; 3] {
         x2.iter_mut().for_each(|x| *x *= 2.0);
     }
     x
-}
-
-/// `|x|^2`, from `omega` and `b`.
-fn square(blocks: Sized, x: &[f64]) -> f64 {
-    let (omega, b) = x.split_at(blocks.k * blocks.k);
-    let sum = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
-    0.5 * sum(omega) + sum(b)
 }
 
 /// Frames at the nodes relative to the one at the start: the points, and normals with `N' = -S b^T`.

@@ -375,7 +375,7 @@ impl Path {
 }
 
 /// `|x|^2` of a vector, given as `k2` entries of `omega`, then `b`.
-fn square(x: &[f64], k2: usize) -> f64 {
+pub(super) fn square(x: &[f64], k2: usize) -> f64 {
     let (omega, b) = x.split_at(k2);
     let square = |a: &[f64]| a.iter().map(|a| a * a).sum::<f64>();
     0.5 * square(omega) + square(b)

@@ -261,11 +261,8 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
 
     /// The largest entry of an acceleration or a third vector.
     pub(super) fn largest_bend(&self) -> f64 {
-        let groups = self.groups.iter();
-        groups.fold(0.0, |size, Group { leg, .. }| {
-            let [first, last] = leg.accelerations.each_ref().map(|x| largest(x));
-            larger(size, larger(larger(first, last), largest(leg.middle[2])))
-        })
+        let bends = self.groups.iter().map(|group| group.leg.largest_bend());
+        bends.fold(0.0, larger)
     }
 
     /// Truncation error of the current series, estimated from their last terms.

@@ -7,9 +7,7 @@ use super::orders::{MOST, Orders};
 use super::room::Room;
 use super::stiffness::{Stiffness, StiffnessScratch};
 use super::variation::{MORE_TERMS, TERMS};
-use crate::linalg::field::{
-    Field, larger, largest, multiply, multiply_transposed, transposed_multiply,
-};
+use crate::linalg::field::{Field, larger, multiply, multiply_transposed, transposed_multiply};
 use crate::linalg::simd::each;
 use crate::space::{Homogeneous, orthonormalise};
 
@@ -275,11 +273,8 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
 
     /// The largest entry of an acceleration or a third vector.
     pub(super) fn largest_bend(&self) -> f64 {
-        let groups = self.groups.iter();
-        groups.fold(0.0, |size, Group { leg, .. }| {
-            let [first, last] = leg.accelerations.each_ref().map(|x| largest(x));
-            larger(size, larger(larger(first, last), largest(leg.middle[2])))
-        })
+        let bends = self.groups.iter().map(|group| group.leg.largest_bend());
+        bends.fold(0.0, larger)
     }
 
     /// Takes a step that solves the equations of the legs for fixed knots, with the existing linear equations.

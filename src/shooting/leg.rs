@@ -169,6 +169,13 @@ impl<'a, T: Field> Leg<'a, T> {
         largest(&[self.residual.tail])
     }
 
+    /// The largest entry of `x'` at the ends and of `x''` at the middle.
+    #[inline(always)]
+    pub(super) fn largest_bend(&self) -> f64 {
+        let [first, last] = self.accelerations.each_ref().map(|x| largest(x));
+        larger(larger(first, last), largest(self.middle[2]))
+    }
+
     /// A bound on the velocity up to second order, `|x| + |x'| / 2 + |x''| / 8` at the middle, or the rate at which
     /// tension lets velocities grow, if that is larger.
     #[inline(always)]

@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use super::gmres::dot;
+
 /// A direction counts as dependent if less than this fraction of its square remains after orthogonalisation against the
 /// previous ones: products are only accurate to round-off.
 const DEPENDENT: f64 = 1e-13;
@@ -106,21 +108,6 @@ impl Anderson {
         }
         shares
     }
-}
-
-/// Dot product in independent partial sums.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    const SUMS: usize = 8;
-    let mut sums = [0.0; SUMS];
-    let (a, b) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
-    let rest = a.remainder().iter().zip(b.remainder());
-    let rest: f64 = rest.map(|(a, b)| a * b).sum();
-    for (a, b) in a.zip(b) {
-        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-            *sum += a * b;
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]

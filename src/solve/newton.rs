@@ -6,6 +6,7 @@
 
 use faer::{Mat, MatMut};
 
+use super::gmres::norm;
 use crate::error::{Error, Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
@@ -187,8 +188,4 @@ pub fn solve(
         size,
         options.tolerance,
     ))
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

@@ -3,11 +3,12 @@
 use faer::Mat;
 
 use super::chain::{Arrivals, Movable, square};
-use super::flat_smoothing::{FlatSmoothing, add_scaled};
+use super::flat_smoothing::FlatSmoothing;
 use super::motion::Motion;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::{Result, unless_interrupted};
+use crate::linalg::field::add;
 use crate::manifold::Grassmann;
 use crate::manifold::Stiefel;
 use crate::report::{SolverReport, StopReason};
@@ -397,14 +398,14 @@ impl<'d, C: Movable> Fit<'d, C> {
             .zip(&displacements)
         {
             misfit += weight * chain.square(knot, away);
-            add_scaled(&mut pulls[d * knot..], *weight, away);
+            add(&mut pulls[d * knot..], *weight, away);
         }
         let (mut step, change) = self.flat.step(chain, motion, &arrivals, &pulls)?;
         let mut jumps = vec![0.0; state.count()];
         for (leg, h) in lengths.iter().enumerate() {
             let (before, after) = jumps[d * leg..].split_at_mut(d);
-            add_scaled(before, -h.powi(-2), &motion.bend(leg)[..d]);
-            add_scaled(after, h.powi(-2), arrivals.vector(leg, 2));
+            add(before, -h.powi(-2), &motion.bend(leg)[..d]);
+            add(after, h.powi(-2), arrivals.vector(leg, 2));
         }
         let mut size = arrivals.miss;
         let each = jumps.chunks_exact(d).zip(step.chunks_exact(d)).enumerate();

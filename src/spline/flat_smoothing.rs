@@ -19,6 +19,7 @@ use super::chain::{Arrivals, Carrying, Chain};
 use super::motion::Motion;
 
 use crate::error::{Error, Result};
+use crate::linalg::field::add;
 use crate::manifold::carrier::Direction;
 use crate::solve::tridiagonal::{Row, Shape, Tridiagonal, diagonal_of_inverse};
 
@@ -171,7 +172,7 @@ impl FlatSmoothing {
         let (d, lengths) = (chain.size(), chain.lengths());
         let mut right = vec![0.0; 2 * d * (lengths.len() + 1)];
         for (right, pulls) in right.chunks_exact_mut(2 * d).zip(pulls.chunks_exact(d)) {
-            add_scaled(right, self.pull, pulls);
+            add(right, self.pull, pulls);
         }
         let last = lengths.len() - 1;
         for (leg, &h) in lengths.iter().enumerate() {
@@ -287,12 +288,5 @@ fn too_unequal(lengths: &[f64]) -> Error {
         name: "t",
         requirement: "more evenly spaced; ratio of longest to mean interval",
         found: lengths.iter().fold(0.0, |h, x| h.max(*x)),
-    }
-}
-
-/// `to += factor from`, for the leading entries.
-pub(super) fn add_scaled(to: &mut [f64], factor: f64, from: &[f64]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to += factor * from;
     }
 }

@@ -97,11 +97,11 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     }
 
     fn residual_of(&self, motion: &Motion, arrivals: Arrivals) -> Residual {
-        let (d, count) = (self.chain.size(), self.knots.count());
-        let mut jumps = vec![0.0; d * count];
+        let d = self.chain.size();
+        let accelerations = |leg: usize| [&motion.bend(leg)[..d], arrivals.vector(leg, 2)];
+        let jumps = self.knots.jumps::<f64>(d, accelerations);
         let mut size = arrivals.miss;
-        for (knot, jump) in jumps.chunks_exact_mut(d).enumerate() {
-            self.jump_into(knot, motion, &arrivals, jump);
+        for (knot, jump) in jumps.chunks_exact(d).enumerate() {
             let jump = self.knots.shortest(knot).powi(2) * square(jump).sqrt();
             // NaN is propagated.
             size = if jump <= size { size } else { jump };
@@ -122,30 +122,6 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         let jumps = found.jumps.chunks_exact(d).enumerate();
         let jumps = jumps.map(|(knot, jump)| self.knots.shortest(knot).powi(4) * square(jump));
         (legs.sum::<f64>() + jumps.sum::<f64>()).sqrt()
-    }
-
-    fn jump_into(&self, knot: usize, motion: &Motion, arrivals: &Arrivals, jump: &mut [f64]) {
-        let (d, [before, after]) = (self.chain.size(), self.knots.legs_at(knot));
-        if let Some((end, sign)) = self.knots.end_at(knot) {
-            let Some(wanted) = end.acceleration() else {
-                // The velocity is given and does not change.
-                return;
-            };
-            for (jump, wanted) in jump.iter_mut().zip(wanted) {
-                *jump = sign * wanted;
-            }
-        }
-        let rate = |leg: usize| self.chain.lengths()[leg].powi(-2);
-        if let Some(leg) = before {
-            for (jump, a) in jump.iter_mut().zip(arrivals.vector(leg, 2)) {
-                *jump += rate(leg) * a;
-            }
-        }
-        if let Some(leg) = after {
-            for (jump, a) in jump.iter_mut().zip(&motion.bend(leg)[..d]) {
-                *jump -= rate(leg) * a;
-            }
-        }
     }
 
     /// The right-hand sides of a step, one vector per knot: minus the jumps, and what `add` contributes at free knots for the

@@ -2,9 +2,10 @@
 
 use super::chain::Movable;
 use super::fit::Data;
-use super::flat_smoothing::{FlatSmoothing, add_scaled};
+use super::flat_smoothing::FlatSmoothing;
 use crate::cubic::work::Work;
 use crate::error::{Error, Result};
+use crate::linalg::field::add;
 use crate::manifold::carrier::Direction;
 
 /// Number of values of `lambda` per factor of ten in the initial scan.
@@ -63,10 +64,10 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
             )?;
             let (before, after) = right[2 * d * leg..].split_at_mut(2 * d);
             if leg > 0 {
-                add_scaled(&mut before[d..], -1.0 / h, &displacement);
+                add(&mut before[d..], -1.0 / h, &displacement);
             }
             if leg + 1 < lengths.len() {
-                add_scaled(&mut after[d..2 * d], 1.0 / h, &ahead);
+                add(&mut after[d..2 * d], 1.0 / h, &ahead);
             }
         }
         let each = || {
@@ -77,7 +78,7 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
                 .zip(&self.displacements)
         };
         for ((&knot, weight), away) in each() {
-            add_scaled(&mut right[2 * d * knot..], weight * flat.pull(), away);
+            add(&mut right[2 * d * knot..], weight * flat.pull(), away);
         }
         flat.solve(self.chain, &mut worker, &mut right)?;
         let mut squares = 0.0;
