@@ -130,8 +130,7 @@ impl RiemannianCubic {
         }
     }
 
-    /// As `of_path`, for a path that may not have been computed yet, over an interval. For a curve on a sphere, the
-    /// curve of the lines spanned by its vectors consists of the same vectors, since they do not rotate.
+    /// For a curve on a sphere, the curve of the lines spanned by its vectors: the same vectors, since they do not rotate.
     pub(crate) fn of_lines(&self) -> Self {
         RiemannianCubic {
             path: Arc::new(self.path.of_lines().into()),
@@ -157,6 +156,7 @@ impl RiemannianCubic {
         }
     }
 
+    /// As `of_path`, for a path that may not have been computed yet, over an interval.
     pub(crate) fn of_leg(
         n: usize,
         k: usize,

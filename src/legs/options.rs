@@ -52,7 +52,7 @@ impl Progress {
     /// Records a residual, for a chain with the largest acceleration or third vector `bend`; returns the target of the
     /// residual.
     pub(crate) fn set(&mut self, residual: f64, bend: f64, tolerance: f64) -> f64 {
-        // `None` if it is not a number.
+        // Infinite if it is not a number.
         self.residual = if residual.is_nan() {
             f64::INFINITY
         } else {

@@ -222,11 +222,6 @@ impl Value for f64 {
     }
 }
 
-/// For functions that only validate their arguments.
-impl Value for () {
-    fn put(&self, _: &mut [f64]) {}
-}
-
 /// The index of a member and its error.
 pub type Failure = (usize, Error);
 

@@ -2,6 +2,8 @@
 //! transposes. Derivatives of complex functions are computed in the embedding, which commutes with differentiation.
 
 use super::batch::map_batch;
+use super::convert::write;
+use super::linalg::check_square;
 use super::prelude::*;
 use crate::linalg::{OrthogonalLogDifferential, SkewExpDifferential};
 use crate::manifold::{ExponentialDifferential, LogarithmDifferential};
@@ -18,11 +20,7 @@ fn apply<'py>(
     let field = Field::of_named(&arguments)?;
     let batches = field.batches(arguments)?;
     let (rows, cols) = batches[0].own_shape();
-    let expected = format!("{name}: expected shape (..., m, m) with m >= 1");
-    ensure!(
-        rows == cols && rows > 0,
-        "{expected}, found (..., {rows}, {cols})"
-    );
+    check_square(name, rows, cols)?;
     let m = batches[0].rows;
     let call = Call::new(at.py(), None, WORK * batches[0].numbers())?.over(field);
     let found = map_batch(
@@ -30,12 +28,7 @@ fn apply<'py>(
         batches,
         &[m, m],
         move |[at, direction], i, out, _| {
-            let value = one(at.get(i), direction.get(i))?;
-            for (row, out) in out.chunks_exact_mut(m).enumerate() {
-                for (column, out) in out.iter_mut().enumerate() {
-                    *out = value[(row, column)];
-                }
-            }
+            write(one(at.get(i), direction.get(i))?.as_ref(), out);
             Ok(())
         },
     )?;

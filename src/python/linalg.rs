@@ -147,7 +147,7 @@ impl<K> Kernel<K, c64> {
     }
 }
 
-fn check_square(name: &str, m: usize, cols: usize) -> PyResult<()> {
+pub(super) fn check_square(name: &str, m: usize, cols: usize) -> PyResult<()> {
     let expected = format!("{name}: expected shape (..., m, m) with m >= 1");
     ensure!(m == cols && m > 0, "{expected}, found (..., {m}, {cols})");
     Ok(())

@@ -45,8 +45,8 @@ impl Isometries for Unturned {
     }
 }
 
-/// Number of knots by which a closed chain is unrolled at both ends: their influence decays as `(2 - 3^(1/2))^j` for
-/// equal legs, here to round-off.
+/// Number of knots by which a closed chain is unrolled at both ends: their influence decays as `(2 - 3^(1/2))^j` for equal
+/// legs, to round-off, and at worst as `2^-j`, to 4e-9, which is enough for a preconditioner.
 const UNROLLED: usize = 28;
 
 /// Numbers of a block, indexed by the fields of a knot.
