@@ -30,7 +30,8 @@ const DEPTH: usize = 8;
 /// and St(1000,5), one takes 1.4 to 1.6 times as long, three 1.1 to 1.3 times.
 const SWEEPS: usize = 2;
 
-/// Number of consecutive steps that may leave more than half of the smallest residual so far. A guess.
+/// Number of consecutive steps that may leave more than half of the smallest residual so far. With 4 or 8, one more of 60
+/// splines 0.6 to 2.2 apart on St(12,4) to St(200,5) is not solved; with 24, none less, and times are the same.
 const PATIENCE: usize = 12;
 
 /// Number of nodes for legs without rotation, and additional ones per radian: at first, and afterwards. Counts are

@@ -68,13 +68,9 @@ impl Path {
             upper: 1.0,
             center: 0.5,
         };
-        let accuracy = Accuracy {
-            order,
-            ..Accuracy::FULL
-        };
         Path {
             blocks: first.blocks,
-            accuracy,
+            accuracy: Accuracy::FULL.with_order(order),
             pieces: vec![piece],
             points,
             vectors,
@@ -176,7 +172,10 @@ impl Path {
 
     fn march(&mut self, blocks: impl Blocks, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
         let forward = t > self.last.time;
-        let mut march = March::new(blocks, self.accuracy);
+        // Steps with more terms than usual would be longer, with terms that cancel.
+        let usual = self.accuracy.order.min(Accuracy::FULL.order);
+        let accuracy = self.accuracy.with_order(usual);
+        let mut march = March::new(blocks, accuracy);
         let from = if forward { &self.last } else { &self.first };
         from.load(blocks, &mut march.series);
         march.time = from.time;
@@ -203,8 +202,10 @@ impl Path {
                 upper: start.max(end),
                 center: start,
             });
-            points.extend_from_slice(&series.s()[..size * rk]);
-            push_vectors(blocks, series, size, vectors);
+            points.extend_from_slice(&series.s()[..(usual + 1) * rk]);
+            push_vectors(blocks, series, usual + 1, vectors);
+            points.resize(pieces.len() * size * rk, 0.0);
+            vectors.resize(pieces.len() * size * vector, 0.0);
             Ok(())
         });
         if let Err(error) = outcome {

@@ -35,6 +35,11 @@ impl Accuracy {
         order: 20,
     };
 
+    /// The same truncation with another number of terms.
+    pub(super) fn with_order(self, order: usize) -> Self {
+        Accuracy { order, ..self }
+    }
+
     /// The more accurate of two.
     pub(crate) fn finer(self, other: Self) -> Self {
         if other.truncation < self.truncation {

@@ -63,7 +63,7 @@ pub(crate) fn times_i<T: Number>(x: &[T], size: usize, out: &mut [T]) {
 
 /// Writes the complex matrix whose embedding is nearest to `a`, shape `(2n, 2k)`, to `out`, shape `(n, k)`: the mean of
 /// both copies. Returns the distance of `a` from that embedding (Frobenius norm), and the norm of `a`.
-fn nearest_into(mut out: MatMut<'_, c64>, a: MatRef<'_, f64>) -> (f64, f64) {
+pub(crate) fn nearest_into(mut out: MatMut<'_, c64>, a: MatRef<'_, f64>) -> (f64, f64) {
     let (n, k) = out.shape();
     debug_assert_eq!(a.shape(), (2 * n, 2 * k));
     let (mut off, mut all) = (0.0, 0.0);

@@ -202,12 +202,6 @@ impl QuasiGeodesic {
         &self.frame * &rates
     }
 
-    /// The norm of its velocity in the canonical metric, which is constant.
-    pub(crate) fn speed(&self) -> f64 {
-        let normal: f64 = self.angles.iter().map(|angle| angle * angle).sum();
-        (normal + 0.5 * self.omega.squared_norm_l2()).sqrt()
-    }
-
     /// The same curve traversed backwards: `t -> beta(1 - t)`.
     ///
     /// # Errors

@@ -2,13 +2,13 @@
 
 use numpy::Complex64;
 
+use super::field::write_sample;
 use super::points::Points;
 use super::prelude::*;
 use crate::cubic::{
     CubicTrajectory, SplittingOptions, SplittingOrder, integrate_cubic as integrate,
 };
-use crate::curve::Samples;
-use crate::linalg::complex_embedding::restrict_into;
+use crate::curve::{Quantity, Samples};
 use crate::manifold::stored::check_orthonormal;
 
 /// Arrays in the order of the attributes, and both drifts.
@@ -78,7 +78,7 @@ impl PyCubicTrajectory {
         }
         let frozen = |part: Array| match part.shape.len() {
             1 => part.frozen(py),
-            _ => field.numbers(part)?.frozen(py),
+            _ => field.vectors(part)?.frozen(py),
         };
         let arrays = collected(parts.map(frozen))?;
         Ok(Self::of(arrays, [momentum_drift, constraint_drift]))
@@ -130,8 +130,14 @@ impl PyCubicTrajectory {
         samples: [Samples; 4],
     ) -> PyResult<Self> {
         let (n, k, states) = (trajectory.n(), trajectory.k(), trajectory.steps() + 1);
-        let array = |samples: Samples| sampled_array(py, field, samples, [states, k, n]);
-        let [point, velocity, acceleration, jerk] = collected(samples.map(array))?;
+        let array = |quantity, samples| sampled_array(py, field, quantity, samples, [states, k, n]);
+        let [points, velocities, accelerations, jerks] = samples;
+        let [point, velocity, acceleration, jerk] = collected([
+            array(Quantity::Derivative(0), points),
+            array(Quantity::Derivative(1), velocities),
+            array(Quantity::Acceleration, accelerations),
+            array(Quantity::Jerk, jerks),
+        ])?;
         let times = (0..states).map(|i| trajectory.time(i)).collect();
         let t = Array::flat(times).frozen(py)?;
         let energy = trajectory
@@ -167,6 +173,7 @@ impl PyCubicTrajectory {
 fn sampled_array(
     py: Python<'_>,
     field: Field,
+    quantity: Quantity,
     samples: Samples,
     [states, k, n]: [usize; 3],
 ) -> PyResult<Owned> {
@@ -180,7 +187,11 @@ fn sampled_array(
             let (n, k) = field.own((n, k));
             let mut out = vec![Complex64::ZERO; states * n * k];
             for (sample, out) in samples.iter().zip(out.chunks_mut(n * k)) {
-                restrict_into(MatMut::from_column_major_slice_mut(out, n, k), sample)?;
+                write_sample(
+                    quantity,
+                    MatMut::from_column_major_slice_mut(out, n, k),
+                    sample,
+                )?;
             }
             to_array(py, out, &[states, k, n])?.into_any()
         }

@@ -3,12 +3,13 @@
 use numpy::Complex64;
 
 use super::array_namespace::Namespace;
+use super::field::write_sample;
 use super::points::{manifold_of, symbol};
 use super::prelude::*;
 use super::stored::form;
 use crate::curve::sampling::rounded_to_end;
 use crate::curve::{Quantity, lift_into};
-use crate::linalg::complex_embedding::{restrict, restrict_into};
+use crate::linalg::complex_embedding::restrict;
 
 /// Smooth curve on a Stiefel or Grassmann manifold: the base class of all curves.
 ///
@@ -182,7 +183,11 @@ impl PyCurve {
             for (t, out) in t.chunks(piece).zip(out.chunks_mut(piece * n * k)) {
                 let samples = curve.sample(t, quantity, interrupt)?;
                 for (sample, out) in samples.iter().zip(out.chunks_mut(n * k)) {
-                    restrict_into(MatMut::from_column_major_slice_mut(out, n, k), sample)?;
+                    write_sample(
+                        quantity,
+                        MatMut::from_column_major_slice_mut(out, n, k),
+                        sample,
+                    )?;
                 }
             }
             Ok(out)
@@ -200,6 +205,7 @@ impl PyCurve {
         let (curve, (rows, cols)) = (Arc::clone(&self.inner), self.inner.shape());
         self.field.check_shape((rows, cols))?;
         let (start, end) = curve.t_span();
+        let duration = faer::Scale(end - start);
         let t: [f64; CHECKED] = std::array::from_fn(|i| {
             let part = i as f64 / (CHECKED - 1) as f64;
             (1.0 - part) * start + part * end
@@ -207,13 +213,10 @@ impl PyCurve {
         let numbers = SAMPLE * (2 * CHECKED * DERIVATIVES * rows * cols) as f64;
         let call = Call::new(py, None, numbers)?;
         call.run(move |interrupt| {
-            for order in [0, 1] {
-                for sample in curve
-                    .sample(&t, Quantity::Derivative(order), interrupt)?
-                    .iter()
-                {
-                    restrict(sample)?;
-                }
+            let sampled = |order| curve.sample(&t, Quantity::Derivative(order), interrupt);
+            for (point, velocity) in sampled(0)?.iter().zip(sampled(1)?.iter()) {
+                restrict(point)?;
+                restrict((velocity * duration).as_ref())?;
             }
             Ok(())
         })

@@ -13,7 +13,8 @@ use super::array_namespace::{Namespace, as_numpy};
 use super::batch::read_batches;
 use super::convert::{array_of, is_plain};
 use super::prelude::*;
-use crate::linalg::complex_embedding::restrict_into;
+use crate::curve::Quantity;
+use crate::linalg::complex_embedding::{nearest_into, restrict_into};
 use crate::stored::refusal;
 
 /// Field of the entries of matrices.
@@ -160,6 +161,23 @@ impl Field {
     /// # Errors
     /// `NotComplex` for matrices that are not embedded complex matrices.
     pub(crate) fn numbers(self, array: Array) -> PyResult<Numbers> {
+        self.converted(array, restrict_into)
+    }
+
+    /// [`Field::numbers`] for vectors along curves whose points are embedded: vectors that vanish by cancellation are as large
+    /// as round-off in the time of the curve, and are not checked.
+    pub(crate) fn vectors(self, array: Array) -> PyResult<Numbers> {
+        self.converted(array, |out, matrix| {
+            nearest_into(out, matrix);
+            Ok(())
+        })
+    }
+
+    fn converted(
+        self,
+        array: Array,
+        write: impl Fn(MatMut<'_, Complex64>, MatRef<'_, f64>) -> Result<()>,
+    ) -> PyResult<Numbers> {
         if self == Field::Real {
             return Ok(Numbers::from(array));
         }
@@ -173,7 +191,7 @@ impl Field {
         let size = (n * k).max(1);
         for (matrix, out) in entries.chunks(4 * size).zip(out.chunks_mut(size)) {
             let matrix = MatRef::from_row_major_slice(matrix, rows, cols);
-            restrict_into(MatMut::from_row_major_slice_mut(out, n, k), matrix)?;
+            write(MatMut::from_row_major_slice_mut(out, n, k), matrix)?;
         }
         let axes = shape.len();
         shape[axes - 2..].copy_from_slice(&[n, k]);
@@ -189,13 +207,13 @@ impl Field {
         self.numbers(Array::from(matrix))
     }
 
-    /// Four matrices as a Python tuple, in the library of the arguments.
+    /// Four matrices of a curve as a Python tuple, in the library of the arguments.
     pub(crate) fn four<const N: usize>(
         self,
         matrices: [Mat<f64>; 4],
         arguments: [Named<'_, '_>; N],
     ) -> PyResult<Four> {
-        let matrices = matrices.map(|matrix| self.number_matrix(matrix)?.like(arguments));
+        let matrices = matrices.map(|matrix| self.vectors(Array::from(matrix))?.like(arguments));
         let [first, second, third, fourth] = collected(matrices)?;
         Ok((first, second, third, fourth))
     }
@@ -286,4 +304,21 @@ impl Numbers {
         freeze(&array)?;
         Ok(array.unbind())
     }
+}
+
+/// Writes a sample of an embedded curve as a complex matrix. Points must be embedded ones; derivatives that vanish by
+/// cancellation are as large as round-off in the time of the curve, and are not checked.
+///
+/// # Errors
+/// `NotComplex`.
+pub(super) fn write_sample(
+    quantity: Quantity,
+    out: MatMut<'_, Complex64>,
+    sample: MatRef<'_, f64>,
+) -> Result<()> {
+    if quantity == Quantity::Derivative(0) {
+        return restrict_into(out, sample);
+    }
+    nearest_into(out, sample);
+    Ok(())
 }

@@ -302,7 +302,7 @@ impl PyRiemannianCubic {
     fn momentum(&self, py: Python<'_>) -> PyResult<Numbers> {
         let rows = self.curve.n() as f64;
         let momentum = self.run(py, rows, |curve, _| curve.momentum())?;
-        self.field.number_matrix(momentum)
+        self.field.vectors(Array::from(momentum))
     }
 
     /// Number of polynomials in the curve.

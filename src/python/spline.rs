@@ -140,7 +140,7 @@ impl PyCubicHermite {
                 given,
             ))
         })?;
-        let velocities = field.numbers(velocities)?.frozen(py)?;
+        let velocities = field.vectors(velocities)?.frozen(py)?;
         Ok(spline.wrap(py)?.add_subclass(PyCubicHermite { velocities }))
     }
 
@@ -166,7 +166,7 @@ impl PyCubicHermite {
             let velocities = spline.velocities(velocities, interrupt)?;
             Ok((spline, velocities))
         })?;
-        let velocities = field.numbers(velocities.into_array())?.frozen(py)?;
+        let velocities = field.vectors(velocities.into_array())?.frozen(py)?;
         let class = PyCubicHermite { velocities };
         object(py, spline.wrap(py)?.add_subclass(class))
     }

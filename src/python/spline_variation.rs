@@ -130,13 +130,13 @@ fn gradient<const N: usize>(
 ) -> PyResult<Gradient> {
     let points = Array::stacked(&[found.points.len()], &found.points, shape);
     let ends = found.ends.map(|end| {
-        let end = end.map(|end| field.number_matrix(end)?.like(arguments));
+        let end = end.map(|end| field.vectors(Array::from(end))?.like(arguments));
         end.transpose()
     });
     let [first, last] = collected(ends)?;
     let times = found.times.into_iter().map(|time| field.squared(time));
     let times = Numbers::from(Array::flat(times.collect())).like(arguments)?;
-    let points = field.numbers(points)?.like(arguments)?;
+    let points = field.vectors(points)?.like(arguments)?;
     Ok((points, times, (first, last)))
 }
 
@@ -205,7 +205,7 @@ impl PyCubicSpline {
             let found = derivative.points(&variation, &times.entries, interrupt)?;
             Ok(Array::stacked(&times.shape, &found, spline.shape()))
         })?;
-        field.numbers(found)?.like(named![t, dS])
+        field.vectors(found)?.like(named![t, dS])
     }
 
     /// Return the gradient of ``sum(W * curve(t))`` with respect to the data.

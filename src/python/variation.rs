@@ -129,7 +129,7 @@ impl PyRiemannianCubic {
             Ok(Array::stacked(&times.shape, &found, (curve.n(), curve.k())))
         })?;
         self.field
-            .numbers(found)?
+            .vectors(found)?
             .like(named![t, dS0, dV0, dS1, dV1])
     }
 
@@ -233,7 +233,7 @@ impl PyRiemannianCubic {
             let found = curve.initial_points(&variation, &times.entries, interrupt)?;
             Ok(Array::stacked(&times.shape, &found, (curve.n(), curve.k())))
         })?;
-        self.field.numbers(found)?.like(named![t, dS, dV, dA, dJ])
+        self.field.vectors(found)?.like(named![t, dS, dV, dA, dJ])
     }
 
     /// Return the gradient of ``sum(W * curve(t))`` with respect to the initial data.

@@ -135,6 +135,6 @@ pub fn estimate_velocities(
         }
     })?;
     field
-        .numbers(Array::stacked(&[velocities.len()], &velocities, shape))?
+        .vectors(Array::stacked(&[velocities.len()], &velocities, shape))?
         .like(named![t, S])
 }

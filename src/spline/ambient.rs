@@ -69,23 +69,6 @@ impl<'a> Ambient<'a> {
         self.tension * self.lengths[leg].powi(2)
     }
 
-    /// The length of the longest quasi-geodesic between neighbours.
-    pub(super) fn longest(&self) -> f64 {
-        let lengths = self.joints.iter().map(|joint| joint.curve.speed());
-        lengths.fold(0.0, f64::max)
-    }
-
-    /// The same knots in reverse order.
-    ///
-    /// # Errors
-    /// `Decomposition`.
-    pub(super) fn reversed(&self) -> Result<Self> {
-        let points = self.points.iter().rev().cloned().collect();
-        let lengths = self.lengths.iter().rev().copied().collect();
-        let back = Self::new(self.kind, points, lengths, self.interrupt)?;
-        Ok(back.in_tension(self.tension))
-    }
-
     /// Integrates one leg; returns `|S(1) - S_1|`.
     fn arrive(
         &self,

@@ -5,20 +5,19 @@ use super::embedded::InEmbedding;
 use super::ends::Ends;
 use super::interpolation::Interpolation;
 use super::iteration::Iteration;
-use super::solvable::{Effort, Solution, Solvable, Start};
+use super::solution::{Effort, Solution};
 use crate::error::Result;
 
-impl Solvable for Ambient<'_> {
-    fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
-        if let Start::Flat = start
-            && let Some(found) = self.in_embedding(ends, None, effort)?
-        {
+impl Ambient<'_> {
+    /// Solves the equations of a spline from the spline of flat space.
+    ///
+    /// # Errors
+    /// An error if the start cannot be integrated; `Interrupted`.
+    pub(super) fn solve(&self, ends: &Ends, effort: Effort<'_>) -> Result<Solution> {
+        if let Some(found) = self.in_embedding(ends, None, effort)? {
             return Ok(found);
         }
         let problem = Interpolation::new(self, ends)?;
-        match start {
-            Start::Flat => Iteration::solve(&problem, problem.start()?, effort),
-            Start::Near(motion) => Iteration::solve(&problem, motion, effort),
-        }
+        Iteration::solve(&problem, problem.start()?, effort)
     }
 }

@@ -7,7 +7,7 @@ use super::ends::{End, Ends};
 use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::motion::Motion;
-use super::solvable::Effort;
+use super::solution::Effort;
 use crate::cubic::descent_start::{DescentStart, LONGEST_LEG};
 use crate::cubic::guess::{FlatData, identity_columns};
 use crate::cubic::initial::Horizontal;
@@ -18,6 +18,7 @@ use crate::error::{Result, unless_interrupted};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::linalg::structure::row_by_row;
+use crate::manifold::carrier::Direction;
 use crate::manifold::grassmann::alignment::alignment;
 use crate::shooting::{ChainKnots, Descent, Held, Layout, LeastCost, least_cost, products_of_step};
 use crate::space::{Quotient, in_space};
@@ -35,8 +36,17 @@ const FEWEST_STEPS: f64 = 20.0;
 /// Minimal number of legs of a chain: the equations of a closed one are cyclic from three on.
 const FEWEST_LEGS: usize = 3;
 
-/// Motions whose velocities are the starts of descents: those of the flat spline, and zero except where velocities are
-/// given.
+/// The curves along which a descent starts.
+pub(super) enum Start {
+    /// Those that roll from knot to knot with the velocities of a motion.
+    Rolling(Motion),
+    /// For a chain of one leg, the cubic of flat space with other data.
+    Along(FlatData),
+}
+
+/// The starts of descents: curves that roll with the velocities of the flat spline, and with none except where velocities are
+/// given. If they are given at both ends of a single leg, these are the same, and the cubic of flat space takes the place of
+/// the first.
 ///
 /// Of 102 splines through distant knots with given accelerations and uneven times, 19 are not solved without the first
 /// one; of 102 through random knots with end velocities up to 6, ten cost up to 2.7 times as much without the second
@@ -44,8 +54,16 @@ const FEWEST_LEGS: usize = 3;
 ///
 /// # Errors
 /// Velocities of the flat spline.
-pub(super) fn starts(chain: &Framed<'_>, ends: &Ends) -> Result<[Motion; 2]> {
-    let flat = Interpolation::new(chain, ends)?.start()?;
+pub(super) fn starts(chain: &Framed<'_>, ends: &Ends) -> Result<[Start; 2]> {
+    let first = match (flat_data(chain, ends)?, chain.lengths().len()) {
+        (Some(flat), 1) => Start::Along(flat),
+        _ => Start::Rolling(Interpolation::new(chain, ends)?.start()?),
+    };
+    Ok([first, Start::Rolling(resting(chain, ends))])
+}
+
+/// The motion whose velocities are zero except where velocities are given.
+pub(super) fn resting(chain: &Framed<'_>, ends: &Ends) -> Motion {
     let knots = chain.lengths().len() + 1;
     let mut resting = Motion::zeros(chain.size(), knots);
     if let Ends::Open(ends) = ends {
@@ -55,46 +73,66 @@ pub(super) fn starts(chain: &Framed<'_>, ends: &Ends) -> Result<[Motion; 2]> {
             }
         }
     }
-    Ok([flat, resting])
+    resting
 }
 
-/// The motion found by a descent from curves that roll from knot to knot with the velocities of another motion; `None`
-/// if it does not come to rest.
+/// Displacement and end velocity of the first leg along the curve that joins its ends; `None` if no velocities are given.
 ///
 /// # Errors
-/// `Interrupted`.
-pub(super) fn end(
-    chain: &Framed<'_>,
-    ends: &Ends,
-    start: &Motion,
-    effort: Effort<'_>,
-) -> Result<Option<Motion>> {
-    let fewest = FEWEST_LEGS.div_ceil(chain.lengths().len());
-    end_from(chain, ends, start, effort, |leg| {
-        rolling(chain, leg, start, fewest)
-    })
+/// The errors of carrying.
+pub(super) fn flat_data(chain: &Framed<'_>, ends: &Ends) -> Result<Option<FlatData>> {
+    let Ends::Open([End::Velocity(_), End::Velocity(v)]) = ends else {
+        return Ok(None);
+    };
+    let [mut displacement, mut carried] = [(); 2].map(|()| vec![0.0; chain.size()]);
+    chain.displacement_into(0, &mut displacement);
+    let v: Vec<f64> = v.iter().map(|v| chain.lengths()[0] * v).collect();
+    chain.carry_into(
+        &mut chain.worker(),
+        0,
+        Direction::Backward,
+        &v,
+        &mut carried,
+    )?;
+    let [[displacement], [end_velocity]] =
+        [displacement, carried].map(|entries| unpack(&entries, chain.blocks()));
+    Ok(Some(FlatData {
+        displacement,
+        end_velocity,
+    }))
 }
 
-/// The motion found by a descent from the cubic of flat space with other data, for a chain of one leg; `None` if it
-/// does not come to rest.
-///
-/// # Errors
-/// `Interrupted`.
-pub(super) fn end_along(
-    chain: &Framed<'_>,
-    ends: &Ends,
-    flat: &FlatData,
-    effort: Effort<'_>,
-) -> Result<Option<Motion>> {
-    let [_, start] = starts(chain, ends)?;
-    end_from(chain, ends, &start, effort, |leg| {
-        let (velocity, end) = relative_ends(chain, leg, &start)?;
-        let ends = RelativeEnds {
-            velocity: &velocity,
-            end: &end,
-        };
-        DescentStart::along_flat(chain.blocks().kind(), ends, flat)
-    })
+impl Start {
+    /// The motion found by a descent from here; `None` if it does not come to rest.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub(super) fn end(
+        &self,
+        chain: &Framed<'_>,
+        ends: &Ends,
+        effort: Effort<'_>,
+    ) -> Result<Option<Motion>> {
+        match self {
+            Start::Rolling(start) => {
+                let fewest = FEWEST_LEGS.div_ceil(chain.lengths().len());
+                end_from(chain, ends, start, effort, |leg| {
+                    rolling(chain, leg, start, fewest)
+                })
+            }
+            Start::Along(flat) => {
+                let start = resting(chain, ends);
+                end_from(chain, ends, &start, effort, |leg| {
+                    let (velocity, end) = relative_ends(chain, leg, &start)?;
+                    let ends = RelativeEnds {
+                        velocity: &velocity,
+                        end: &end,
+                    };
+                    DescentStart::along_flat(chain.blocks().kind(), ends, flat)
+                })
+            }
+        }
+    }
 }
 
 /// The motion found by a descent from given curves along the legs, with the velocities of a motion at the knots.

@@ -7,7 +7,7 @@ use faer::{Mat, MatRef};
 use super::chain::{Chain, Piece};
 use super::ends::{End, Ends};
 use super::motion::Motion;
-use super::solvable::{Effort, Solution, SolvedLegs};
+use super::solution::{Effort, Solution, SolvedLegs};
 use crate::collocation::{self, Near};
 use crate::cubic::blocks::Sized;
 use crate::cubic::lazy_path::LazyPath;

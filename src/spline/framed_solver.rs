@@ -12,7 +12,7 @@ use super::framed::{Framed, coordinates};
 use super::interpolation::Interpolation;
 use super::iteration::Iteration;
 use super::motion::Motion;
-use super::solvable::{Effort, Solution, Solvable, SolvedLegs, Start};
+use super::solution::{Effort, Solution, SolvedLegs, Start};
 use crate::collocation::Near;
 use crate::cubic::blocks::Sized;
 use crate::cubic::lazy_path::LazyPath;
@@ -58,8 +58,12 @@ const STIFF: f64 = 2.5;
 /// Integration accuracy of the derivatives of a start.
 const START_ACCURACY: f64 = 1e-6;
 
-impl Solvable for Framed<'_> {
-    fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
+impl Framed<'_> {
+    /// Solves the equations of a spline.
+    ///
+    /// # Errors
+    /// An error if the start cannot be integrated; `Interrupted`.
+    pub(super) fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
         if !self.prefers_series()
             && let Some(found) = self.by_embedding(ends, &start, effort)?
         {

@@ -11,7 +11,7 @@ use super::chain::Chain;
 use super::interpolation::{Interpolation, Residual};
 use super::linearised::Linearised;
 use super::motion::Motion;
-use super::solvable::{Effort, Solution};
+use super::solution::{Effort, Solution};
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::{Result, unless_interrupted};

@@ -1,18 +1,17 @@
 //! Splines through distant knots: the cheapest of several solutions.
 //!
-//! If legs are long, the equations have many solutions, and the one found from the flat spline depends on the direction
-//! in which the knots are passed. The equations are therefore also solved from the results of descents, or in the
-//! reverse direction if there are none, and the solution of least cost is returned. Its cost is low, and the same in
-//! both directions.
+//! If legs are long, or velocities at the ends are large, the equations have many solutions, and the one found from the flat
+//! spline depends on the direction in which the knots are passed. The equations are therefore also solved from the results
+//! of descents, and the solution of least cost is returned. Its cost is low, and the same in both directions.
 
-use super::chain::{Arrivals, Chain};
+use super::chain::Chain as _;
 use super::ends::{End, Ends};
+use super::framed::Framed;
 use super::motion::Motion;
-use super::solvable::{Effort, Solution, Solvable, Start};
-use crate::cubic::taylor::Accuracy;
-use crate::cubic::work::Work;
+use super::solution::{Effort, Solution, Start, piece};
 use crate::error::{Result, unless_interrupted};
 use crate::interrupt::Interrupt;
+use crate::solve::gmres::norm;
 
 /// Leg length above which knots count as distant. For natural splines through five random knots, the iteration alone
 /// leads to different costs in the two directions for 6 of 60 on St(3,1) and 6 of 40 on St(4,2). The value is a guess,
@@ -22,12 +21,22 @@ const FAR: f64 = 1.4;
 /// Solutions whose costs differ by a smaller relative amount count as one: the first is kept.
 const SAME_COST: f64 = 1e-3;
 
-/// Vectors computed per leg: distance, velocity, acceleration and third vector.
-const VECTORS: usize = 4;
+/// Largest velocity at an end, in the time of its leg, up to which the cubic of flat space is near the solution.
+const FAST: f64 = 2.0;
 
-/// Whether legs are so long that several solutions should be compared.
-pub(super) fn is_far(longest: f64) -> bool {
-    longest > FAR
+/// Whether legs are so long, or velocities at the ends so large, that several solutions should be compared.
+pub(super) fn is_far(chain: &Framed<'_>, ends: &Ends) -> bool {
+    let lengths = chain.lengths();
+    let given = match ends {
+        Ends::Open(each) => each.each_ref().map(End::velocity),
+        Ends::Periodic => [None, None],
+    };
+    let around = [lengths.first(), lengths.last()];
+    let fast = |(v, h): (Option<&[f64]>, Option<&f64>)| match (v, h) {
+        (Some(v), Some(h)) => h * norm(v) > FAST,
+        _ => false,
+    };
+    chain.longest() > FAR || given.into_iter().zip(around).any(fast)
 }
 
 /// The cheapest of several solutions, with its cost; unconverged solutions have infinite cost.
@@ -39,8 +48,8 @@ pub(super) struct Cheapest {
 impl Cheapest {
     /// # Errors
     /// An error if a leg cannot be integrated; `Interrupted`.
-    pub(super) fn new<C: Solvable>(
-        chain: &C,
+    pub(super) fn new(
+        chain: &Framed<'_>,
         solution: Solution,
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
@@ -55,9 +64,9 @@ impl Cheapest {
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(super) fn try_start<C: Solvable>(
+    pub(super) fn try_start(
         &mut self,
-        chain: &C,
+        chain: &Framed<'_>,
         ends: &Ends,
         start: Option<Motion>,
         effort: Effort<'_>,
@@ -86,8 +95,8 @@ impl Cheapest {
 ///
 /// # Errors
 /// `Interrupted`.
-pub(super) fn solved<C: Solvable>(
-    chain: &C,
+pub(super) fn solved(
+    chain: &Framed<'_>,
     ends: &Ends,
     start: Start,
     effort: Effort<'_>,
@@ -96,59 +105,12 @@ pub(super) fn solved<C: Solvable>(
     Ok(solution.filter(|solution| solution.report.converged))
 }
 
-/// Converts a solution of the reversed knots to the forward direction; `None` if it cannot be integrated.
-///
-/// # Errors
-/// `Interrupted`.
-pub(super) fn forwards<C: Chain>(
-    back: &C,
-    solution: &Solution,
-    work: &Work,
-) -> Result<Option<Motion>> {
-    unless_interrupted(reversed(back, &solution.motion, work))
-}
-
-/// A motion along the reversed knots of a chain.
-fn reversed<C: Chain>(back: &C, motion: &Motion, work: &Work) -> Result<Motion> {
-    let (size, legs) = (back.size(), back.lengths().len());
-    let arrivals = Arrivals::of(back, motion, VECTORS, Accuracy::FULL, work)?;
-    let mut out = Motion::zeros(size, legs + 1);
-    for knot in 0..=legs {
-        let from = motion.velocity(legs - knot);
-        for (to, v) in out.velocity_mut(knot).iter_mut().zip(from) {
-            *to = -v;
-        }
-    }
-    for leg in 0..legs {
-        let (acceleration, third) = out.bend_mut(leg).split_at_mut(size);
-        acceleration.copy_from_slice(arrivals.vector(legs - 1 - leg, 2));
-        for (to, v) in third.iter_mut().zip(arrivals.vector(legs - 1 - leg, 3)) {
-            *to = -v;
-        }
-    }
-    Ok(out)
-}
-
 /// `int |D_t S'|^2 + tau |S'|^2 dt` in units of time.
-fn cost<C: Solvable>(chain: &C, solution: &Solution, interrupt: Interrupt<'_>) -> Result<f64> {
+fn cost(chain: &Framed<'_>, solution: &Solution, interrupt: Interrupt<'_>) -> Result<f64> {
     let mut sum = 0.0;
     for (leg, h) in chain.lengths().iter().enumerate() {
-        let (_, path) = chain.piece(leg, solution, interrupt)?;
+        let (_, path) = piece(chain, leg, solution, interrupt)?;
         sum += path.cost(0.0, 1.0) / h.powi(3);
     }
     Ok(sum)
-}
-
-impl Ends {
-    /// The same ends in reverse order.
-    pub(super) fn reversed(&self) -> Self {
-        let reversed = |end: &End| match end {
-            End::Velocity(v) => End::Velocity(v.iter().map(|v| -v).collect()),
-            End::Acceleration(a) => End::Acceleration(a.clone()),
-        };
-        match self {
-            Ends::Periodic => Ends::Periodic,
-            Ends::Open([first, last]) => Ends::Open([reversed(last), reversed(first)]),
-        }
-    }
 }

@@ -42,7 +42,7 @@ pub mod piecewise;
 mod reduced_knots;
 mod riemannian;
 mod smoothing;
-mod solvable;
+mod solution;
 mod solve;
 mod spline_ends;
 #[cfg(any(feature = "python", feature = "serde"))]

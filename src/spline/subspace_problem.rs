@@ -5,23 +5,21 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::bases::joined;
-use super::chain::{Chain as _, Space, pieces};
+use super::chain::{Space, pieces};
 use super::descent;
 use super::ends::{End, Ends};
 use super::framed::{Framed, coordinates, frames};
 use super::motion::Motion;
 use super::options::{MAX_ITERATIONS, SplineOptions};
 use super::reduced_knots::ReducedKnots;
-use super::solvable::{Effort, Solution, Solvable as _, Start};
+use super::solution::{Effort, Solution, Start, piece};
 use super::solve;
-use crate::cubic::guess::FlatData;
-use crate::cubic::packing::unpack;
 use crate::cubic::work::Work;
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::span::Span;
 use crate::error::{Error, Result, unless_interrupted};
 use crate::manifold::Grassmann;
-use crate::manifold::carrier::Direction;
+use crate::manifold::only_bases::Appearance;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Kind, Quotient};
@@ -110,7 +108,7 @@ impl<'a> SubspaceProblem<'a> {
             let report = SolverReport::new(StopReason::Converged, 0, 0.0, 0.0);
             return Ok(Solution::none(report));
         }
-        solve::in_frames(&self.chain, &self.ends, &self.options)
+        solve::in_frames(&self.chain, &self.ends, Appearance::Usual, &self.options)
     }
 
     /// The solution that Newton's method finds from given covariant acceleration and jerk at the first basis, shape
@@ -123,7 +121,7 @@ impl<'a> SubspaceProblem<'a> {
         if self.is_at_rest() {
             return self.solve();
         }
-        let start = self.motion_with(&bends)?;
+        let start = self.motion_with(&bends);
         let work = self.work();
         let effort = Effort::new(&self.options, &work);
         let found = self.chain.solve(&self.ends, Start::Near(start), effort);
@@ -137,7 +135,7 @@ impl<'a> SubspaceProblem<'a> {
 
     /// The work limit of a solution.
     pub(super) fn work(&self) -> Work {
-        solve::work_in_frames(&self.chain, &self.options)
+        solve::work_in_frames(&self.chain, Appearance::Usual, &self.options)
     }
 
     /// Acceleration and third vector, in coordinates, of given covariant acceleration and jerk at the first basis;
@@ -161,32 +159,10 @@ impl<'a> SubspaceProblem<'a> {
     }
 
     /// The motion with given acceleration and third vector at its start, in coordinates.
-    ///
-    /// # Errors
-    /// The errors of the chain.
-    pub(super) fn motion_with(&self, bends: &[f64]) -> Result<Motion> {
-        let [_, mut motion] = descent::starts(&self.chain, &self.ends)?;
+    pub(super) fn motion_with(&self, bends: &[f64]) -> Motion {
+        let mut motion = descent::resting(&self.chain, &self.ends);
         motion.bend_mut(0).copy_from_slice(bends);
-        Ok(motion)
-    }
-
-    /// Displacement and end velocity along the geodesic between the ends.
-    ///
-    /// # Errors
-    /// The errors of carrying.
-    pub(super) fn flat(&self) -> Result<FlatData> {
-        let (chain, blocks) = (&self.chain, self.chain.blocks());
-        let [mut displacement, mut carried] = [(); 2].map(|()| vec![0.0; chain.size()]);
-        chain.displacement_into(0, &mut displacement);
-        if let Ends::Open([_, End::Velocity(v)]) = &self.ends {
-            chain.carry_into(&mut chain.worker(), 0, Direction::Backward, v, &mut carried)?;
-        }
-        let [[displacement], [end_velocity]] =
-            [displacement, carried].map(|entries| unpack(&entries, blocks));
-        Ok(FlatData {
-            displacement,
-            end_velocity,
-        })
+        motion
     }
 
     /// The curve of a solution, starting with the given first basis.
@@ -207,7 +183,7 @@ impl<'a> SubspaceProblem<'a> {
             k: self.y0.ncols(),
             basis: self.span.basis().map(|basis| Arc::new(basis.to_owned())),
         };
-        let piece = |leg: usize| self.chain.piece(leg, solution, self.options.interrupt);
+        let piece = |leg: usize| piece(&self.chain, leg, solution, self.options.interrupt);
         let pieces = pieces(1, &space, piece)?;
         let mut pieces = joined(Quotient::Subspaces, self.knots.first_turn(), pieces, None)?;
         Ok(pieces.remove(0).with_report(report))

@@ -2,10 +2,11 @@
 
 use faer::MatRef;
 
-use super::descent;
+use super::descent::{self, Start::Along};
+use super::interpolation::Interpolation;
 use super::low_cost::solved;
 use super::motion::Motion;
-use super::solvable::{Effort, Solution, Start};
+use super::solution::{Effort, Solution, Start};
 use super::subspace_problem::{Data, SOLVER, SubspaceProblem, check};
 use crate::cubic::random::Random;
 use crate::cubic::search::{Found, SEARCH_WORK};
@@ -122,32 +123,30 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
         }
         Ok(())
     };
-    let [flat, resting] = descent::starts(chain, ends)?;
     try_start(match options.boundary.guess {
-        Some(guess) => Start::Near(problem.motion_with(&problem.bends_of(guess)?)?),
+        Some(guess) => Start::Near(problem.motion_with(&problem.bends_of(guess)?)),
         None => Start::Flat,
     })?;
-    for start in [&flat, &resting] {
-        if let Some(end) = descent::end(chain, ends, start, effort)? {
+    let mut starts = Vec::from(descent::starts(chain, ends)?);
+    if let Some(data) = descent::flat_data(chain, ends)? {
+        for turns in TURNS {
+            starts.extend(data.turned_together(turns)?.into_iter().map(Along));
+            starts.extend(data.turned(turns)?.into_iter().map(Along));
+        }
+    }
+    for start in starts {
+        if let Some(end) = start.end(chain, ends, effort)? {
             try_start(Start::Near(end))?;
         }
     }
-    let data = problem.flat()?;
-    for turns in TURNS {
-        let together = data.turned_together(turns)?;
-        for other in together.into_iter().chain(data.turned(turns)?) {
-            if let Some(end) = descent::end_along(chain, ends, &other, effort)? {
-                try_start(Start::Near(end))?;
-            }
-        }
-    }
+    let flat = Interpolation::new(chain, ends)?.start()?;
     let mut random = Random::new(options.seed);
     for attempt in 0..options.starts as usize {
         if work.is_done() {
             break;
         }
         let bends = scattered(flat.bend(0), speeds(&flat), attempt, &mut random);
-        try_start(Start::Near(problem.motion_with(&bends)?))?;
+        try_start(Start::Near(problem.motion_with(&bends)))?;
     }
     let report = SolverReport::new(effort.reason(0), 0, f64::INFINITY, effort.tolerance);
     Ok((found, report))

@@ -1,11 +1,10 @@
-//! The interface of solvers for a spline through given knots: start, work limit, and result.
+//! Solutions of the equations of a spline: where solvers start, their work limit, and their result.
 
 use std::sync::Arc;
 
 use faer::Mat;
 
 use super::chain::{Chain, Piece};
-use super::ends::Ends;
 use super::motion::Motion;
 use super::options::SplineOptions;
 use crate::cubic::work::Work;
@@ -92,23 +91,19 @@ impl Solution {
     }
 }
 
-/// A chain with a solver for its splines.
-pub(super) trait Solvable: Chain {
-    /// Solves the equations of a spline.
-    ///
-    /// # Errors
-    /// An error if the start cannot be integrated; `Interrupted`.
-    fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution>;
-
-    /// The curve of a leg on `[0, 1]`.
-    ///
-    /// # Errors
-    /// An error if it cannot be integrated; `Interrupted`.
-    fn piece(&self, leg: usize, solution: &Solution, interrupt: Interrupt<'_>) -> Result<Piece> {
-        let known = solution.legs.as_ref().and_then(|legs| (legs.piece)(leg));
-        match known {
-            Some(piece) => Ok(piece),
-            None => self.integrated(leg, &solution.motion, interrupt),
-        }
+/// The curve of a leg of a solution on `[0, 1]`.
+///
+/// # Errors
+/// An error if it cannot be integrated; `Interrupted`.
+pub(super) fn piece(
+    chain: &impl Chain,
+    leg: usize,
+    solution: &Solution,
+    interrupt: Interrupt<'_>,
+) -> Result<Piece> {
+    let known = solution.legs.as_ref().and_then(|legs| (legs.piece)(leg));
+    match known {
+        Some(piece) => Ok(piece),
+        None => chain.integrated(leg, &solution.motion, interrupt),
     }
 }
