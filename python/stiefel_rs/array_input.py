@@ -33,6 +33,28 @@ def located(flat_index: int, lead: Sequence[int]) -> tuple[int, int | None]:
     return knot, member if len(lead) > 1 else None
 
 
+def flag(name: str, value: object) -> bool:
+    """Read a truth value.
+
+    Raises
+    ------
+    TypeError
+        Anything else, such as the word "False".
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name}: expected True or False, found {value!r}")
+    return bool(value)
+
+
+def shape_of(values: Any) -> tuple[int, ...] | None:
+    """Return the shape of an array or of nested lists; None if these are ragged."""
+    try:
+        found: tuple[int, ...] = np.shape(values)
+    except ValueError:
+        return None
+    return found
+
+
 def real_array(values: ArrayLike, name: str) -> Array:
     """Read real numbers of any shape as float64.
 

@@ -103,7 +103,10 @@ def _samples(arguments: argparse.Namespace, knots: Sequence[Decimal]) -> tuple[A
     first, last = knots[0], knots[-1]
     span = _offset(last, first)
     if arguments.at is not None:
-        stamps = [EXACT.create_decimal(text) for text in arguments.at]
+        try:
+            stamps = [EXACT.create_decimal(text) for text in arguments.at]
+        except ArithmeticError as error:
+            raise InvalidInputError(f"--at: not times in digits: {', '.join(arguments.at)}") from error
         for stamp in stamps:
             if not (stamp.is_finite() and first <= stamp <= last):
                 raise InvalidInputError(f"--at: {stamp} s is outside the times of the poses, {first} to {last} s")

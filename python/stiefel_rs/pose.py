@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from . import positions as position_splines
-from .array_input import either_weights
+from .array_input import either_weights, shape_of
 from .end_conditions import BcType, part, read_bc_type
 from .errors import InvalidInputError
 from .pose_input import Poses, read_poses
@@ -203,9 +202,9 @@ class PoseSpline(PoseMotion):
 
 
 def _two(lam: Any) -> tuple[float | None, float | None]:
-    if lam is None or np.ndim(lam) == 0:
+    if lam is None or shape_of(lam) == ():
         return lam, lam
-    if len(lam) != 2:
+    if len(lam) != 2 or any(shape_of(each) != () for each in lam):
         raise InvalidInputError(f"lam: expected a number or a pair, for rotations and positions, found {lam!r}")
     return lam[0], lam[1]
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import _check_unmasked
+from .array_input import shape_of
 from .errors import InvalidInputError
 from .rotation_input import quaternions_of
 
@@ -88,14 +89,14 @@ def as_components(poses: Any) -> tuple[Array, Array | None]:
             raise InvalidInputError(f"poses: expected a pair (rotations, positions), found {len(poses)} entries")
         quaternions = as_quaternions("rotations", poses[0])
         return quaternions, floats("positions", poses[1], (len(quaternions), 3))
-    if not hasattr(poses, "as_quat") and np.shape(poses)[1:] == (4, 4):
+    if not hasattr(poses, "as_quat") and (shape_of(poses) or ())[1:] == (4, 4):
         return _of_matrices(floats("poses", poses, (None, 4, 4)))
     return as_quaternions("poses", poses), None
 
 
 def _is_matrix(last: Sequence[Any]) -> bool:
     """Whether the last item of a tuple is a 4 x 4 matrix: then the tuple holds poses, not rotations and positions."""
-    return any(np.shape(pose) == (4, 4) for pose in last if not hasattr(pose, "as_quat"))
+    return any(shape_of(pose) == (4, 4) for pose in last if not hasattr(pose, "as_quat"))
 
 
 def _of_matrices(poses: Array) -> tuple[Array, Array]:
@@ -115,7 +116,7 @@ def as_quaternions(name: str, rotations: Any) -> Array:
     """
     if hasattr(rotations, "as_quat"):
         rotations = np.atleast_2d(rotations.as_quat())
-    if np.ndim(rotations) == 3:
+    if len(shape_of(rotations) or ()) == 3:
         return _quaternions_of(name, floats(name, rotations, (None, 3, 3)))
     try:
         return unit_quaternions(floats(name, rotations, (None, 4)))

@@ -6,7 +6,7 @@ from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .array_input import Array, at_knot, check_knots_finite, real_array
+from .array_input import Array, at_knot, check_knots_finite, real_array, shape_of
 from .errors import InvalidInputError
 from .rotation_input import ORTHONORMAL, ORTHONORMAL_SINGLE, is_single, is_transform, scipy_module
 
@@ -50,7 +50,7 @@ def read_poses(poses: Any) -> Poses:
     if is_transform(poses, "RigidTransform"):
         return _of_scipy(poses)
     # A tuple may also consist of two matrices.
-    if isinstance(poses, tuple) and len(poses) == 2 and np.shape(poses[1]) != (4, 4):
+    if isinstance(poses, tuple) and len(poses) == 2 and shape_of(poses[1]) != (4, 4):
         return _of_pair(*poses)
     return _of_matrices(poses)
 

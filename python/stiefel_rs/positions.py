@@ -60,7 +60,7 @@ def derivative(spline: Any, t: Array, order: int) -> Array:
 
 def _check_finite(values: Array) -> None:
     if not np.isfinite(values).all():
-        raise InvalidInputError("positions: a derivative overflows; use a larger unit of time")
+        raise InvalidInputError("positions: a value overflows; use a smaller unit of time, or a larger unit of length")
 
 
 def _closed(positions: Array) -> Array:
@@ -93,6 +93,11 @@ def smoothing(t: ArrayLike, positions: Array, lam: float | None, weights: ArrayL
     if lam is not None and not (np.isfinite(lam) and lam >= 0):
         raise InvalidInputError(f"lam: expected a finite number of at least 0 for positions, found {lam}")
     w = None if weights is None else finite_array(weights, "weights")
+    # SciPy looks for `lam` in a fixed interval: the mean time between poses becomes one, and the mean weight.
+    unit = (times[-1] - times[0]) / (len(times) - 1)
+    mean = 1.0 if w is None else float(np.mean(w / w.max())) * float(w.max())
+    scaled = None if lam is None else float(lam / mean / unit / unit / unit)
+    relative = (times - times[0]) / unit
     # Smoothing leaves lines unchanged. SciPy's equations lose them to rounding if `lam` is large: for 200 positions up
     # to 1, the error is 0.04 for a `lam` of a million times the cube of the duration.
     with np.errstate(all="ignore"):
@@ -102,10 +107,11 @@ def smoothing(t: ArrayLike, positions: Array, lam: float | None, weights: ArrayL
     try:
         # SciPy before 1.15 takes one coordinate at a time.
         with np.errstate(over="raise"):
-            found = [scipy.make_smoothing_spline(times, column, w=w, lam=lam) for column in rest]
-    except FloatingPointError as error:
+            share = None if w is None else w / mean
+            found = [scipy.make_smoothing_spline(relative, column, w=share, lam=scaled) for column in rest]
+    except (FloatingPointError, ValueError) as error:
         raise InvalidInputError(f"positions: too large, or lam ({lam}) too large ({error})") from error
-    knots = found[0].t
+    knots = np.concatenate([times[:1].repeat(3), times, times[-1:].repeat(3)])
     # The coefficients of a line are its values at the Greville abscissae, means of three knots.
     means = (knots[1:-3] + knots[2:-2] + knots[3:-1]) / 3
     return scipy.BSpline(knots, np.stack([spline.c for spline in found], axis=-1) + line(means), 3)

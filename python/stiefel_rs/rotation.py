@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import CubicHermite, CubicSpline, RotationCurve, SmoothingSpline
+from ._core import CubicHermite, CubicSpline, RotationCurve, SmoothingSpline, Stiefel
 from .angular_motion import Frame, check_frame
 from .array_input import Array, either, either_weights, vectors_at_knots
 from .end_conditions import BcType, read_bc_type
@@ -82,7 +82,13 @@ class RotationSpline(RotationMotion):
     Notes
     -----
     With the body rate ``w``, defined by ``R' = R hat(w)`` and ``hat(w) x = w x x``, the pieces solve ``w''' = w'' x w``
-    (Noakes, Heinzinger, Paden 1989). For rotations about a fixed axis the spline is the cubic spline of the angle.
+    (Noakes, Heinzinger, Paden 1989). For rotations about a fixed axis the spline is the cubic spline of the angle, if
+    neighbours are at most 1.4 rad apart.
+
+    With neighbours farther apart there are several such curves, and the cheapest that was found is returned. It may
+    turn the long way between two rotations, also between near ones beside distant ones;
+    ``arc_length(t[i], t[i + 1])`` shows it. Rotations added in between, so that neighbours are at most 1.4 rad apart,
+    prevent that.
 
     In the world frame, vectors are expressed along the axes of the world: ``R w``, ``R w'`` and ``R w''``. The first
     two are the world rate and its derivative, but the derivative of the second is ``R (w'' + w x w')``.
@@ -182,6 +188,8 @@ class RotationSpline(RotationMotion):
         if kind not in KINDS:
             raise InvalidInputError(f"kind: expected one of {KINDS}, found {kind!r}")
         member = RotationCurve.of_curve(curve)
+        if not isinstance(curve.manifold, Stiefel):
+            raise InvalidInputError(f"curve: expected a curve on St(3, 3), found one on {curve.manifold!r}")
         beyond = curve.extrapolate if extrapolate is None else extrapolate
         self = cls.__new__(cls)
         self._set([member], (), kind, beyond, None)

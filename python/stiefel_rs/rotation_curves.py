@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import _check_unmasked
-from .array_input import Array, finite_array, times_within
+from .array_input import Array, finite_array, flag, times_within
 from .errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -78,6 +78,15 @@ class RotationCurves:
         for row, member in zip(out, self.members, strict=True):
             row[...] = sample(member, self._inside(member, flat))
         return out.reshape(shape)
+
+    def extended(self, extrapolate: bool) -> RotationCurves:
+        """Return the same curves, with or without extrapolation."""
+        return replace(self, extrapolate=flag("extrapolate", extrapolate))
+
+    def arc_length(self, member: RotationCurve, t0: float | None, t1: float | None) -> float:
+        """Return the angle that a member turns between two times, by default its ends."""
+        ends = [None if t is None else float(self._inside(member, finite_array(t, "t"))) for t in (t0, t1)]
+        return float(member.curve.arc_length(*ends))
 
     def _inside(self, member: RotationCurve, t: Array) -> Array:
         return t if self.extrapolate else times_within(t, float(member.t[0]), float(member.t[-1]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ._core import SmoothingSpline, _in_library_of
 from .angular_motion import AngularMotion, Frame, check_frame
-from .array_input import Array, either
+from .array_input import Array, either, flag
 from .end_conditions import BcType
 from .errors import InvalidInputError
 from .rotation_curves import RotationCurves
@@ -41,7 +40,7 @@ class RotationMotion(AngularMotion):
         extrapolate: bool,
         bc_type: BcType | None,
     ) -> None:
-        self._curves = RotationCurves(tuple(curves), shape, bool(extrapolate))
+        self._curves = RotationCurves(tuple(curves), shape, flag("extrapolate", extrapolate))
         self._kind, self._bc_type = kind, bc_type
 
     def __call__(
@@ -83,7 +82,7 @@ class RotationMotion(AngularMotion):
             raise InvalidInputError(f"order: must be 0, 1, 2 or 3, found {order!r}")
         if self._kind == "Rotation" and np.ndim(t) > SCIPY_AXES:
             raise InvalidInputError(f"t: Rotation objects allow at most one axis of times, found shape {np.shape(t)}")
-        curves = self._curves if extrapolate is None else replace(self._curves, extrapolate=bool(extrapolate))
+        curves = self._curves if extrapolate is None else self._curves.extended(extrapolate)
         if order:
             return _in_library_of(t, curves.rates(t, int(order)))
         return _in_library_of(t, give_back(self._kind, curves.quaternions(t)))
@@ -112,8 +111,13 @@ class RotationMotion(AngularMotion):
         -------
         float or ndarray, shape (...)
             In rad; an array for a batch.
+
+        Raises
+        ------
+        InvalidInputError
+            A time outside ``t_span`` if `extrapolate` is False.
         """
-        return self._curves.values(member.curve.arc_length(t0, t1) for member in self._curves.members)
+        return self._curves.values(self._curves.arc_length(member, t0, t1) for member in self._curves.members)
 
     @property
     def curve(self) -> Any:

@@ -341,6 +341,8 @@ def _write_poses(path: PathLike, suffix: str, t: ArrayLike, poses: Any) -> None:
     if (bad := np.flatnonzero(np.diff(times) <= 0)).size:
         after, before = float(times[bad[0] + 1]), float(times[bad[0]])
         raise InvalidInputError(f"t: entry {bad[0] + 1} is {after!r}, which does not come after {before!r}")
+    if (times > LATEST).any():
+        raise InvalidInputError(f"t: {float(times[-1])!r} s exceeds {LATEST:g} s, which no reader takes for seconds")
     quaternions, positions = as_components(poses)
     if not len(times) or len(times) != len(quaternions):
         raise InvalidInputError(

@@ -1,6 +1,6 @@
 //! Splines through distant knots: the cheapest of several solutions.
 //!
-//! If legs are long, or velocities at the ends are large, the equations have many solutions, and the one found from the flat
+//! If legs are long, or the ends of a single leg fast, the equations have many solutions, and the one found from the flat
 //! spline depends on the direction in which the knots are passed. The equations are therefore also solved from the results
 //! of descents, and the solution of least cost is returned. Its cost is low, and the same in both directions.
 
@@ -21,22 +21,20 @@ const FAR: f64 = 1.4;
 /// Solutions whose costs differ by a smaller relative amount count as one: the first is kept.
 const SAME_COST: f64 = 1e-3;
 
-/// Largest velocity at an end, in the time of its leg, up to which the cubic of flat space is near the solution.
+/// Largest velocity at the ends of a single leg, in its time, up to which the cubic of flat space is near the solution, as
+/// for frames.
 const FAST: f64 = 2.0;
 
-/// Whether legs are so long, or velocities at the ends so large, that several solutions should be compared.
+/// Whether legs are so long, or the ends of a single leg so fast, that several solutions should be compared.
 pub(super) fn is_far(chain: &Framed<'_>, ends: &Ends) -> bool {
-    let lengths = chain.lengths();
-    let given = match ends {
-        Ends::Open(each) => each.each_ref().map(End::velocity),
-        Ends::Periodic => [None, None],
-    };
-    let around = [lengths.first(), lengths.last()];
-    let fast = |(v, h): (Option<&[f64]>, Option<&f64>)| match (v, h) {
-        (Some(v), Some(h)) => h * norm(v) > FAST,
+    let is_fast = match (chain.lengths(), ends) {
+        ([h], Ends::Open(ends)) => {
+            let velocities = ends.iter().filter_map(End::velocity);
+            velocities.map(|v| h * norm(v)).any(|speed| speed > FAST)
+        }
         _ => false,
     };
-    chain.longest() > FAR || given.into_iter().zip(around).any(fast)
+    is_fast || chain.longest() > FAR
 }
 
 /// The cheapest of several solutions, with its cost; unconverged solutions have infinite cost.

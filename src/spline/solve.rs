@@ -21,8 +21,8 @@ const TRIALS_IN_FRAMES: f64 = 120.0;
 /// accelerations and uneven times is not solved.
 const FURTHER: f64 = 1.7;
 
-/// Solves a chain in few dimensions: from the flat spline and, if its knots are distant, its ends fast, or that fails, from
-/// the results of descents. Returns the cheapest solution.
+/// Solves a chain in few dimensions: from the flat spline and, if its knots are distant, the ends of a single leg fast, or that
+/// fails, from the results of descents. Returns the cheapest solution.
 ///
 /// # Errors
 /// `Interrupted`, and the errors of the chain.

@@ -255,3 +255,23 @@ def test_speed_of_two_points(data):
     speeds = [norm(curve(u), curve.velocity(u)) for u in np.linspace(t[0], t[1], 5)]
     assert_close(speeds, speeds[0], 1e-9, "a geodesic")
     assert line.arc_length() >= curve.arc_length() - 1e-12
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e-9, 1e-100])
+def test_vectors_that_vanish_in_short_units_of_time(unit):
+    """Their round-off is large in such a unit, and no sign of a curve that has left the complex frames."""
+    a = np.array([0, 0.4, 1.0, 0.7, 0.2])
+    Y = np.stack([np.cos(a / 2), np.sin(a / 2) * np.exp(0.7j * a)], axis=-1)[..., None]
+    qubit = stiefel_rs.Grassmann(2, 1, field="complex")
+    curve, slow = (CubicSpline(np.arange(5.0) * h, Y, manifold=qubit) for h in (unit, 1.0))
+    assert_close(unit * unit * curve.acceleration(curve.t), slow.acceleration(slow.t), 1e-11, "acceleration")
+    B, identity = np.array([[1j, 0.3], [-0.3, -0.2j]]), np.eye(2) + 0j
+    frames = exp(identity, 0.5 * a[:, None, None] * B)
+    clamped = CubicSpline(np.arange(5.0) * unit, frames, "clamped")
+    assert np.abs(unit * clamped.velocity(clamped.t[0])).max() < 1e-14
+    again = pickle.loads(pickle.dumps(clamped))
+    assert np.array_equal(again(0.3 * unit), clamped(0.3 * unit))
+    zero = np.zeros((2, 2), complex)
+    geodesic = RiemannianCubic.from_initial(identity, B / unit, zero, zero, t_end=unit)
+    for vector in (geodesic.acceleration(0.3 * unit), geodesic.restricted(0.3 * unit, unit).initial[2]):
+        assert np.abs(unit * unit * vector).max() < 1e-13

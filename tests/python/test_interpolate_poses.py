@@ -155,6 +155,9 @@ def test_a_rate_for_points(files):
         (["--at", "1"], "--at: 1 s is outside the times of the poses, 1300000000.0 to "),
         (["--at", "nan"], "--at: NaN s is outside"),
         (["--at", "1e9999"], "--at: 1E+9999 s is outside"),
+        (["--at", "1_300_000_000"], "--at: not times in digits: 1_300_000_000"),
+        (["--at", "1e9999999999"], "--at: not times in digits: 1e9999999999"),
+        (["--at", f"1e{'9' * 20}"], "--at: not times in digits: 1e9"),
         (["--at", "1300000001,1300000000"], "--at: the times of poses must increase"),
     ],
 )

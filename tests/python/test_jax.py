@@ -426,3 +426,16 @@ def test_gradients_by_times_are_zero_unless_they_are_wanted():
         np.testing.assert_array_equal(one, other)
     assert np.abs(all_three[2]).min() > 1e-3
     assert not two[2].any()
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-160, 1e160, 1e300])
+def test_quaternions_of_any_length(size, rng):
+    q, times = rng.standard_normal((4, 4)), np.array([0.0, 0.7, 1.5, 3.0])
+
+    def value(x):
+        return sj.rotation_spline(times, x, 0.3)[0]
+
+    expected, move = jax.grad(value)(q), rng.standard_normal((4, 4))
+    assert np.abs(size * jax.grad(value)(size * q) - expected).max() < 1e-12
+    _, change = jax.jvp(value, (size * q,), (size * move,))
+    assert abs(change - (expected * move).sum()) < 1e-11

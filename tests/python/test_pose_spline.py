@@ -276,6 +276,19 @@ def test_smoothing_by_cross_validation_removes_noise():
     same(spline.angular_velocity(t[10:-10]), np.broadcast_to([0, 0, 1.0], (40, 3)), 0.15)
 
 
+def test_cross_validation_does_not_depend_on_units():
+    rng, t = np.random.default_rng(5), np.linspace(0, 10, 60)
+    q, p = np.tile([0, 0, 0, 1.0], (60, 1)), np.stack([np.sin(t), np.cos(t), 0.1 * t], axis=1)
+    noisy, weights = p + 0.02 * rng.standard_normal(p.shape), rng.uniform(0.5, 2, 60)
+    expected = PoseSpline.smoothing(t, (q, noisy), lam=(1, None), weights=weights).position(t)
+    assert np.sqrt(np.mean((expected - p) ** 2)) < 0.01
+    for unit in (1e-100, 1e-6, 1e-2, 60.0, 1e6):
+        found = PoseSpline.smoothing(unit * t, (q, noisy), lam=(unit**3, None), weights=weights).position(unit * t)
+        same(found, expected, 1e-9)
+    for size in (1e-300, 1e-9, 1e9, 1e300):
+        same(PoseSpline.smoothing(t, (q, noisy), lam=(size, None), weights=size * weights).position(t), expected, 1e-9)
+
+
 # Bad input
 
 
@@ -397,3 +410,12 @@ def test_positions_too_large_for_a_float():
     t, q, p = poses()
     with pytest.raises(InvalidInputError, match="positions: too large"):
         PoseSpline(t, (q, 1.7e308 * (p / np.abs(p).max())))
+
+
+def test_ragged_arguments():
+    t, q, p = poses()
+    ragged = [[1, 2, 3], [1, 2], [1]]
+    refuse("positions: found items of different shapes", PoseSpline, t, (q, ragged))
+    refuse("lam: expected a number or a pair", PoseSpline.smoothing, t, (q, p), lam=(1, np.array([1, 2.0])))
+    with pytest.raises(TypeError, match="extrapolate: expected True or False, found 'no'"):
+        PoseSpline(t, (q, p), extrapolate="no")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rotation_problems import about, product, wander
 from scipy.spatial.transform import Rotation
 
-from stiefel_rs import CubicSpline, InvalidInputError, OutsideDomainError, QuasiGeodesic, RotationSpline
+from stiefel_rs import CubicSpline, Grassmann, InvalidInputError, OutsideDomainError, QuasiGeodesic, RotationSpline
 from stiefel_rs.rotation_input import matrices_of
 
 MAKERS = {
@@ -259,3 +259,23 @@ def test_lists_in_single_precision_count_as_such(data):
     t, q = data
     matrices = list(Rotation.from_quat(q).as_matrix().astype(np.float32))
     assert RotationSpline(t, matrices)(t).shape == (4, 3, 3)
+
+
+def test_curves_of_subspaces_are_no_rotations():
+    turns = CubicSpline(
+        [0.0, 1.0], [np.eye(3), Rotation.from_rotvec([0, 0, 1.0]).as_matrix()], manifold=Grassmann(3, 3)
+    )
+    with pytest.raises(InvalidInputError, match=r"curve: expected a curve on St\(3, 3\)"):
+        RotationSpline.from_curve(turns)
+
+
+def test_lengths_end_where_times_do(data):
+    spline = RotationSpline(*data, extrapolate=False)
+    assert spline.arc_length(data[0][0], data[0][-1]) == spline.arc_length()
+    with pytest.raises(InvalidInputError, match="must be between the first and the last knot"):
+        spline.arc_length(data[0][0] - 1)
+    for wrong in ("periodic", None, 1.0):
+        with pytest.raises(TypeError, match="extrapolate: expected True or False"):
+            RotationSpline(*data, extrapolate=wrong)
+    with pytest.raises(TypeError, match="extrapolate: expected True or False"):
+        spline(0.5, extrapolate="periodic")

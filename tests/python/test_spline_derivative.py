@@ -182,3 +182,18 @@ def test_gradients_of_single_cubics(shape, rng):
     ]:
         products = [np.sum(G * d) for G, d in zip(pullback(t, W), data, strict=True)]
         assert sum(products) == pytest.approx(np.sum(W * variation(t, *data)), rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("bc_type", ["natural", "clamped", ("natural", "natural")])
+def test_short_units_of_time(bc_type):
+    """Vectors that vanish at the ends have round-off that is large in a short unit of time."""
+    M, rng = Stiefel(4, 2), np.random.default_rng(0)
+    S = [M.random_point(rng)]
+    for _ in range(3):
+        S.append(M.exp(S[-1], 0.4 * M.random_tangent(S[-1], rng)))
+    S, t = np.stack(S), np.array([0, 0.8, 1.5, 3.0])
+    dS = np.stack([M.project_tangent(point, rng.standard_normal((4, 2))) for point in S])
+    expected = CubicSpline(t, S, bc_type).point_variation(0.5, dS)
+    for unit in (1e-4, 1e-9, 1e-100):
+        found = CubicSpline(unit * t, S, bc_type).point_variation(0.5 * unit, dS)
+        assert np.abs(found - expected).max() < 1e-12

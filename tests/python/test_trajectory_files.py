@@ -290,6 +290,7 @@ ID = np.eye(4)[None]
         ([], np.zeros((0, 4, 4)), "t and poses: expected the same number, at least one, found 0 and 0"),
         ([0.0, 0.0], np.tile(ID, (2, 1, 1)), "t: entry 1 is 0.0, which does not come after 0.0"),
         ([np.inf], ID, "t: 1 of 1 entries are not finite"),
+        ([1e12], ID, "t: 1000000000000.0 s exceeds 1e+11 s"),
         ([[0.0]], ID, "t: expected shape (N,), found (1, 1)"),
         (np.ma.masked_all(1), ID, "t: 1 of 1 entries is masked"),
     ],

@@ -11,6 +11,7 @@ import numpy as np
 from .._core import CubicSpline
 from ..errors import InvalidInputError
 from ..rotation import RotationSpline
+from ..rotation_input import unit
 from .arguments import Array, Frame, Inside, Plain, Shape, inner_products, transposed
 from .operation import Gradient, Operation
 from .solved import Solved, core_shape, numbers_of_piece
@@ -96,7 +97,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
         knots, q, t = data
-        spline, points = solved((knots, q)), _matrices(_unit(q))
+        spline, points = solved((knots, q)), _matrices(unit(q))
         turned: Array = spline(t)
         moved = spline.curve.point_variation(t, points @ _hat(_turns(q, moves[1])), moves[0])
         rates = _vee(transposed(_matrices(turned)) @ moved) + spline(t, 1) * moves[2][:, None]
@@ -105,7 +106,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
 
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Gradient]:
         knots, q, t = data
-        spline, points = solved((knots, q)), _matrices(_unit(q))
+        spline, points = solved((knots, q)), _matrices(unit(q))
         turned: Array = spline(t)
         # <w, q (r, 0) / 2> = <r, rates>, and for a skew matrix <hat(a), hat(b)> = 2 <a, b>.
         rates = _turned_back(turned, w)
@@ -125,9 +126,10 @@ def _rotation_spline(bc_type: BcType) -> Operation:
     )
 
 
-def _unit(q: Array) -> Array:
-    unit: Array = q / np.linalg.norm(q, axis=-1, keepdims=True)
-    return unit
+def _scale(q: Array) -> Array:
+    """Return the largest entries of quaternions, whose squares may overflow or underflow."""
+    scale: Array = np.abs(q).max(axis=-1, keepdims=True)
+    return scale
 
 
 def _matrices(q: Array) -> Array:
@@ -176,11 +178,15 @@ def _turned_back(q: Array, cotangent: Array) -> Array:
 
 def _turns(q: Array, move: Array) -> Array:
     """Return the body-frame rotations caused by variations of quaternions of any length."""
+    scale = _scale(q)
+    q, move = q / scale, move / scale
     turns: Array = 2.0 * _product(_conjugate(q), move)[..., :3] / (q * q).sum(axis=-1, keepdims=True)
     return turns
 
 
 def _turns_back(q: Array, cotangent: Array) -> Array:
     pure = np.concatenate([2.0 * cotangent, np.zeros_like(cotangent[..., :1])], axis=-1)
-    back: Array = _product(q, pure) / (q * q).sum(axis=-1, keepdims=True)
+    scale = _scale(q)
+    q = q / scale
+    back: Array = _product(q, pure) / (q * q).sum(axis=-1, keepdims=True) / scale
     return back
