@@ -34,8 +34,8 @@ pub enum StopReason {
     SingularJacobian,
     /// The equations are satisfied, but the curve is not a minimum: a better one exists.
     NotMinimal,
-    /// The work limit was reached first. It is about a second in each direction of the data, and is raised in
-    /// proportion when more iterations are allowed than by default.
+    /// The work limit was reached first. It is about a second from the first start, and two from all together, and is
+    /// raised in proportion when more iterations are allowed than by default.
     WorkLimit,
 }
 

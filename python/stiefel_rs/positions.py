@@ -93,21 +93,23 @@ def smoothing(t: ArrayLike, positions: Array, lam: float | None, weights: ArrayL
     if lam is not None and not (np.isfinite(lam) and lam >= 0):
         raise InvalidInputError(f"lam: expected a finite number of at least 0 for positions, found {lam}")
     w = None if weights is None else finite_array(weights, "weights")
-    # SciPy looks for `lam` in a fixed interval: the mean time between poses becomes one, and the mean weight.
-    unit = (times[-1] - times[0]) / (len(times) - 1)
-    mean = 1.0 if w is None else float(np.mean(w / w.max())) * float(w.max())
-    scaled = None if lam is None else float(lam / mean / unit / unit / unit)
-    relative = (times - times[0]) / unit
     # Smoothing leaves lines unchanged. SciPy's equations lose them to rounding if `lam` is large: for 200 positions up
     # to 1, the error is 0.04 for a `lam` of a million times the cube of the duration.
     with np.errstate(all="ignore"):
         line = _line(times, positions, w)
         _check_finite(line(times))
+        # SciPy looks for `lam` in a fixed interval: the mean time between poses becomes one, and the mean weight.
+        unit = (times[-1] - times[0]) / (len(times) - 1)
+        relative = (times - times[0]) / unit
+        mean = 1.0 if w is None else float(np.mean(w / w.max()) * w.max())
+        share = None if w is None else w / mean
+        scaled = None if lam is None else float(lam / mean / unit / unit / unit)
+    if scaled is not None and not np.isfinite(scaled):
+        raise InvalidInputError(f"lam: too large for these times and weights, found {lam}")
     rest = (positions - line(times)).T
     try:
         # SciPy before 1.15 takes one coordinate at a time.
-        with np.errstate(over="raise"):
-            share = None if w is None else w / mean
+        with np.errstate(over="raise", invalid="raise"):
             found = [scipy.make_smoothing_spline(relative, column, w=share, lam=scaled) for column in rest]
     except (FloatingPointError, ValueError) as error:
         raise InvalidInputError(f"positions: too large, or lam ({lam}) too large ({error})") from error

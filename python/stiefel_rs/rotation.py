@@ -88,7 +88,7 @@ class RotationSpline(RotationMotion):
     With neighbours farther apart there are several such curves, and the cheapest that was found is returned. It may
     turn the long way between two rotations, also between near ones beside distant ones;
     ``arc_length(t[i], t[i + 1])`` shows it. Rotations added in between, so that neighbours are at most 1.4 rad apart,
-    prevent that.
+    as a rule prevent that.
 
     In the world frame, vectors are expressed along the axes of the world: ``R w``, ``R w'`` and ``R w''``. The first
     two are the world rate and its derivative, but the derivative of the second is ``R (w'' + w x w')``.

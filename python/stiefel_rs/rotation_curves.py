@@ -85,8 +85,10 @@ class RotationCurves:
 
     def arc_length(self, member: RotationCurve, t0: float | None, t1: float | None) -> float:
         """Return the angle that a member turns between two times, by default its ends."""
-        ends = [None if t is None else float(self._inside(member, finite_array(t, "t"))) for t in (t0, t1)]
-        return float(member.curve.arc_length(*ends))
+        for t in (t0, t1):
+            if t is not None and not self.extrapolate:
+                times_within(finite_array(t, "t"), float(member.t[0]), float(member.t[-1]), advice="")
+        return float(member.curve.arc_length(t0, t1))
 
     def _inside(self, member: RotationCurve, t: Array) -> Array:
         return t if self.extrapolate else times_within(t, float(member.t[0]), float(member.t[-1]))

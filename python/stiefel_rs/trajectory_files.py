@@ -134,8 +134,8 @@ def write_tum(path: PathLike, t: ArrayLike, poses: Any) -> None:
     Raises
     ------
     InvalidInputError
-        Wrong shapes, entries that are not finite, times that do not increase, quaternions whose norm differs from 1 by
-        more than 0.01, or matrices that are not rotations.
+        Wrong shapes, entries that are not finite, times that do not increase or exceed 1e11 s, quaternions whose norm
+        differs from 1 by more than 0.01, or matrices that are not rotations.
     OSError
         The file cannot be written.
 
@@ -342,7 +342,7 @@ def _write_poses(path: PathLike, suffix: str, t: ArrayLike, poses: Any) -> None:
         after, before = float(times[bad[0] + 1]), float(times[bad[0]])
         raise InvalidInputError(f"t: entry {bad[0] + 1} is {after!r}, which does not come after {before!r}")
     if (times > LATEST).any():
-        raise InvalidInputError(f"t: {float(times[-1])!r} s exceeds {LATEST:g} s, which no reader takes for seconds")
+        raise InvalidInputError(f"t: {float(times[-1])!r} s exceeds {LATEST:g} s, which `read_trajectory` refuses")
     quaternions, positions = as_components(poses)
     if not len(times) or len(times) != len(quaternions):
         raise InvalidInputError(

@@ -204,6 +204,7 @@ impl Path {
             });
             points.extend_from_slice(&series.s()[..(usual + 1) * rk]);
             push_vectors(blocks, series, usual + 1, vectors);
+            // As many terms as all other pieces have.
             points.resize(pieces.len() * size * rk, 0.0);
             vectors.resize(pieces.len() * size * vector, 0.0);
             Ok(())

@@ -207,7 +207,7 @@ impl Field {
         self.numbers(Array::from(matrix))
     }
 
-    /// Four matrices of a curve as a Python tuple, in the library of the arguments.
+    /// Four matrices as a Python tuple, in the library of the arguments: data of a curve, or gradients with respect to them.
     pub(crate) fn four<const N: usize>(
         self,
         matrices: [Mat<f64>; 4],

@@ -155,8 +155,9 @@ fn check_knot(
         None | Some((None, None)) => None,
         Some((Some(order), Some(change))) => {
             // In the time of the mean leg, in which round-off of a vector that vanishes is small.
-            let faster = Scale(states.unit.powi(order as i32));
-            Some((states.matrix(&states.at(knot)[order]), change * faster))
+            let unit = Scale(states.unit);
+            let faster = (0..order).fold(change.to_owned(), |change, _| change * unit);
+            Some((states.matrix(&states.at(knot)[order]), faster))
         }
         Some((order, _)) => {
             let (expected, found) = match order {

@@ -37,7 +37,7 @@ const FEWEST_STEPS: f64 = 20.0;
 const FEWEST_LEGS: usize = 3;
 
 /// The curves along which a descent starts.
-pub(super) enum Start {
+pub(super) enum Course {
     /// Those that roll from knot to knot with the velocities of a motion.
     Rolling(Motion),
     /// For a chain of one leg, the cubic of flat space with other data.
@@ -54,12 +54,12 @@ pub(super) enum Start {
 ///
 /// # Errors
 /// Velocities of the flat spline.
-pub(super) fn starts(chain: &Framed<'_>, ends: &Ends) -> Result<[Start; 2]> {
-    let first = match (flat_data(chain, ends)?, chain.lengths().len()) {
-        (Some(flat), 1) => Start::Along(flat),
-        _ => Start::Rolling(Interpolation::new(chain, ends)?.start()?),
+pub(super) fn starts(chain: &Framed<'_>, ends: &Ends) -> Result<[Course; 2]> {
+    let first = match flat_data(chain, ends)? {
+        Some(flat) => Course::Along(flat),
+        None => Course::Rolling(Interpolation::new(chain, ends)?.start()?),
     };
-    Ok([first, Start::Rolling(resting(chain, ends))])
+    Ok([first, Course::Rolling(resting(chain, ends))])
 }
 
 /// The motion whose velocities are zero except where velocities are given.
@@ -76,17 +76,18 @@ pub(super) fn resting(chain: &Framed<'_>, ends: &Ends) -> Motion {
     resting
 }
 
-/// Displacement and end velocity of the first leg along the curve that joins its ends; `None` if no velocities are given.
+/// Displacement and end velocity of the only leg along the curve that joins its ends; `None` for several legs, or if not both
+/// velocities are given.
 ///
 /// # Errors
 /// The errors of carrying.
 pub(super) fn flat_data(chain: &Framed<'_>, ends: &Ends) -> Result<Option<FlatData>> {
-    let Ends::Open([End::Velocity(_), End::Velocity(v)]) = ends else {
+    let ([h], Ends::Open([End::Velocity(_), End::Velocity(v)])) = (chain.lengths(), ends) else {
         return Ok(None);
     };
     let [mut displacement, mut carried] = [(); 2].map(|()| vec![0.0; chain.size()]);
     chain.displacement_into(0, &mut displacement);
-    let v: Vec<f64> = v.iter().map(|v| chain.lengths()[0] * v).collect();
+    let v: Vec<f64> = v.iter().map(|v| h * v).collect();
     chain.carry_into(
         &mut chain.worker(),
         0,
@@ -102,7 +103,7 @@ pub(super) fn flat_data(chain: &Framed<'_>, ends: &Ends) -> Result<Option<FlatDa
     }))
 }
 
-impl Start {
+impl Course {
     /// The motion found by a descent from here; `None` if it does not come to rest.
     ///
     /// # Errors
@@ -114,13 +115,13 @@ impl Start {
         effort: Effort<'_>,
     ) -> Result<Option<Motion>> {
         match self {
-            Start::Rolling(start) => {
+            Course::Rolling(start) => {
                 let fewest = FEWEST_LEGS.div_ceil(chain.lengths().len());
                 end_from(chain, ends, start, effort, |leg| {
                     rolling(chain, leg, start, fewest)
                 })
             }
-            Start::Along(flat) => {
+            Course::Along(flat) => {
                 let start = resting(chain, ends);
                 end_from(chain, ends, &start, effort, |leg| {
                     let (velocity, end) = relative_ends(chain, leg, &start)?;

@@ -361,11 +361,7 @@ impl<'d, C: Movable> Fit<'d, C> {
             }
             Ok(())
         });
-        match solved {
-            Err(error) if error.is_interrupted() => Err(error),
-            Err(_) => Ok(None),
-            Ok(()) => Ok(Some(step)),
-        }
+        Ok(unless_interrupted(solved)?.map(|()| step))
     }
 
     /// Factor by which bends are multiplied in steps. If the weight of the cost is large, bends are small, but they

@@ -1,17 +1,16 @@
 //! Splines through distant knots: the cheapest of several solutions.
 //!
-//! If legs are long, or the ends of a single leg fast, the equations have many solutions, and the one found from the flat
-//! spline depends on the direction in which the knots are passed. The equations are therefore also solved from the results
-//! of descents, and the solution of least cost is returned. Its cost is low, and the same in both directions.
+//! If legs are long, the equations have many solutions, and the one found from the flat spline depends on the direction in
+//! which the knots are passed. The equations are therefore also solved from the results of descents, and the solution of
+//! least cost is returned. Its cost is low, and the same in both directions.
 
 use super::chain::Chain as _;
-use super::ends::{End, Ends};
+use super::ends::Ends;
 use super::framed::Framed;
 use super::motion::Motion;
 use super::solution::{Effort, Solution, Start, piece};
 use crate::error::{Result, unless_interrupted};
 use crate::interrupt::Interrupt;
-use crate::solve::gmres::norm;
 
 /// Leg length above which knots count as distant. For natural splines through five random knots, the iteration alone
 /// leads to different costs in the two directions for 6 of 60 on St(3,1) and 6 of 40 on St(4,2). The value is a guess,
@@ -21,20 +20,9 @@ const FAR: f64 = 1.4;
 /// Solutions whose costs differ by a smaller relative amount count as one: the first is kept.
 const SAME_COST: f64 = 1e-3;
 
-/// Largest velocity at the ends of a single leg, in its time, up to which the cubic of flat space is near the solution, as
-/// for frames.
-const FAST: f64 = 2.0;
-
-/// Whether legs are so long, or the ends of a single leg so fast, that several solutions should be compared.
-pub(super) fn is_far(chain: &Framed<'_>, ends: &Ends) -> bool {
-    let is_fast = match (chain.lengths(), ends) {
-        ([h], Ends::Open(ends)) => {
-            let velocities = ends.iter().filter_map(End::velocity);
-            velocities.map(|v| h * norm(v)).any(|speed| speed > FAST)
-        }
-        _ => false,
-    };
-    is_fast || chain.longest() > FAR
+/// Whether legs are so long that several solutions should be compared.
+pub(super) fn is_far(longest: f64) -> bool {
+    longest > FAR
 }
 
 /// The cheapest of several solutions, with its cost; unconverged solutions have infinite cost.

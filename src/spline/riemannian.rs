@@ -31,8 +31,8 @@ use crate::space::ScalarField;
 /// 50 to 500 points up to 1 apart, on St(13,1) to St(30,7), it takes 1.0 to 1.3 times as long as without frames.
 const ROWS: usize = 30;
 
-/// Rows up to which tension may be large, since series take the place of legs in the embedding, and up to which descents are
-/// so quick that points are not examined for being mere bases.
+/// Rows up to which tension may be large, and up to which points are not examined for being mere bases, since descents are
+/// quick.
 const FEW_ROWS: usize = 12;
 
 /// The spline of Riemannian cubics through points, with continuous velocity and covariant acceleration.

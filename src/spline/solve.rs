@@ -21,8 +21,8 @@ const TRIALS_IN_FRAMES: f64 = 120.0;
 /// accelerations and uneven times is not solved.
 const FURTHER: f64 = 1.7;
 
-/// Solves a chain in few dimensions: from the flat spline and, if its knots are distant, the ends of a single leg fast, or that
-/// fails, from the results of descents. Returns the cheapest solution.
+/// Solves a chain in few dimensions: from the flat spline and, if its knots are distant or that fails, from the results
+/// of descents. Returns the cheapest solution.
 ///
 /// # Errors
 /// `Interrupted`, and the errors of the chain.
@@ -38,16 +38,16 @@ pub(super) fn in_frames(
     let first = unless_interrupted(chain.solve(ends, Start::Flat, effort))?;
     let first = first.unwrap_or_else(|| unsolved(effort));
     let is_solved = first.report.converged;
-    if effort.is_spent(first.report.iterations) || is_solved && !low_cost::is_far(chain, ends) {
+    if effort.is_spent(first.report.iterations) || is_solved && !low_cost::is_far(chain.longest()) {
         return Ok(first);
     }
     work.allow(FURTHER);
     let mut best = Cheapest::new(chain, first, effort.interrupt)?;
-    for start in descent::starts(chain, ends)? {
+    for course in descent::starts(chain, ends)? {
         if work.is_done() {
             break;
         }
-        let end = start.end(chain, ends, effort)?;
+        let end = course.end(chain, ends, effort)?;
         best.try_start(chain, ends, end, effort)?;
     }
     let mut solution = best.into_solution();

@@ -19,9 +19,11 @@ impl RiemannianCubic {
     ///   them, `Y^T V = 0`
     /// * `options` - a guess must be horizontal at `y0`
     /// # Accuracy
-    /// The end conditions are satisfied to `options.tolerance`. Subspaces more than 1.4 apart have more than one cubic;
-    /// the cheapest of those found from several starts is returned. For lines, it is the cheaper of the two cubics on
-    /// the sphere that end in opposite vectors. With a guess, it is the solution that Newton's method finds from the
+    /// The end conditions are satisfied to `options.tolerance`. Of subspaces more than 1.4 apart, the cheapest of the cubics
+    /// found from several starts is returned. Nearer ones may have cheaper ones too, if speeds are above 1: of 60 problems on
+    /// Gr(4,2) at distance 0.8, [`all_between_subspaces`](Self::all_between_subspaces) finds a cheaper one in 1 at speeds of 1,
+    /// in 4 at 1.3 and in 9 at 1.5. For lines, it is the cheaper of the two cubics on the sphere that end in opposite
+    /// vectors. With a guess, it is the solution that Newton's method finds from the
     /// guess; if it finds none, the solution without a guess.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`, `InvalidArgument` (options); `RightAngle` if a

@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 
-use super::descent::{self, Start::Along};
+use super::descent::{self, Course::Along};
 use super::interpolation::Interpolation;
 use super::low_cost::solved;
 use super::motion::Motion;
@@ -127,15 +127,15 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
         Some(guess) => Start::Near(problem.motion_with(&problem.bends_of(guess)?)),
         None => Start::Flat,
     })?;
-    let mut starts = Vec::from(descent::starts(chain, ends)?);
+    let mut courses = Vec::from(descent::starts(chain, ends)?);
     if let Some(data) = descent::flat_data(chain, ends)? {
         for turns in TURNS {
-            starts.extend(data.turned_together(turns)?.into_iter().map(Along));
-            starts.extend(data.turned(turns)?.into_iter().map(Along));
+            courses.extend(data.turned_together(turns)?.into_iter().map(Along));
+            courses.extend(data.turned(turns)?.into_iter().map(Along));
         }
     }
-    for start in starts {
-        if let Some(end) = start.end(chain, ends, effort)? {
+    for course in courses {
+        if let Some(end) = course.end(chain, ends, effort)? {
             try_start(Start::Near(end))?;
         }
     }

@@ -127,7 +127,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
 
 
 def _scale(q: Array) -> Array:
-    """Return the largest entries of quaternions, whose squares may overflow or underflow."""
+    """Return the largest absolute entries of quaternions, whose squares may overflow or underflow."""
     scale: Array = np.abs(q).max(axis=-1, keepdims=True)
     return scale
 

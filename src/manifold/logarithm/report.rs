@@ -50,12 +50,11 @@ pub(super) fn not_joined(error: Error) -> Error {
 pub(super) fn no_convergence(outcome: Outcome, tolerance: f64) -> Error {
     Error::NoConvergence {
         solver: SOLVER,
-        report: SolverReport {
-            converged: false,
-            iterations: outcome.iterations,
-            residual: outcome.residual,
+        report: SolverReport::new(
+            StopReason::Stagnated,
+            outcome.iterations,
+            outcome.residual,
             tolerance,
-            reason: StopReason::Stagnated,
-        },
+        ),
     }
 }
