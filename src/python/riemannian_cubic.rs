@@ -187,8 +187,8 @@ impl PyRiemannianCubic {
     /// St(10,4)), the solution from the cubic in flat space is returned, which need not have the least cost. Compare
     /// solutions by :meth:`Curve.cost`.
     ///
-    /// Of subspaces, several solutions are compared only if they are more than 1.4 apart. Nearer ones with speeds above 1
-    /// may have cheaper ones, which ``all_found=True`` lists.
+    /// Of subspaces, several solutions are compared only if they are more than 1.4 apart. Nearer ones with speeds
+    /// above 1 may have cheaper ones, which ``all_found=True`` lists.
     ///
     /// Antipodal points, or nearly antipodal ones, with end speeds below 1e-5 may be refused, because the solutions
     /// nearly form a continuous family (observed on St(3,1), St(4,1) and for most data on St(6,3), not on St(3,2); on
