@@ -26,9 +26,10 @@ use crate::manifold::only_bases::{Appearance, advised_knots, appearance};
 use crate::report::{SolverReport, StopReason};
 use crate::space::ScalarField;
 
-/// Rows up to which knots have frames, which descents need, whatever the number of columns. With 12, 76 instead of 37 of 180
-/// splines through 5 to 12 points of St(13,1), (20,1) and (20,2), random ones and some 2 and 3 apart, are not solved. Through
-/// 50 to 500 points up to 1 apart, on St(13,1) to St(30,7), it takes 1.0 to 1.3 times as long as without frames.
+/// Rows up to which knots have frames, which descents need, whatever the number of columns. With 12, 87 instead of 64 of 112
+/// splines through 7 to 25 points of St(16,1), (30,1) and (20,2), random ones and some 2 and 3 apart, are not solved, and each
+/// takes 0.8 to 4 s instead of 0.2 to 0.8 s. Through 50 to 500 points up to 1 apart, on St(13,1) to St(30,7), it takes 1.0 to
+/// 1.3 times as long as without frames.
 const ROWS: usize = 30;
 
 /// Rows up to which tension may be large, and up to which points are not examined for being mere bases, since descents are

@@ -79,9 +79,7 @@ fn unsolved(effort: Effort<'_>) -> Solution {
 
 /// Solves a chain in many dimensions.
 ///
-/// If its knots are distant, the solution need not be the cheapest. Of 360 splines through 5 to 12 points, random ones and
-/// some 2 and 3 apart, on St(13,1), (20,1), (20,2), (30,3), (21,5) and (60,3), two had another cost if the knots were passed
-/// in reverse.
+/// If its knots are distant, the solution need not be the cheapest.
 ///
 /// # Errors
 /// `Interrupted`; an error if the start cannot be integrated.

@@ -14,6 +14,7 @@ from benchmarks.boundary import random_problems
 from stiefel_rs import (
     ConvergenceError,
     GeometricCubic,
+    Grassmann,
     InvalidInputError,
     OutsideDomainError,
     RiemannianCubic,
@@ -385,3 +386,44 @@ def test_hard_problems_that_no_quick_start_solves():
         there = RiemannianCubic.from_boundary(S0, V0, S1, V1)
         back = RiemannianCubic.from_boundary(S1, -V1, S0, -V0)
         assert there.cost() == pytest.approx(back.cost(), rel=1e-9)
+
+
+@pytest.mark.parametrize("size", [(4, 2), (6, 3)], ids=str)
+def test_moderate_solutions_are_one_polynomial(size):
+    M, rng = Stiefel(*size), np.random.default_rng(3)
+    for _ in range(20):
+        curve = RiemannianCubic.from_boundary(*random_problems.problem(M, random_problems.FAMILIES[0], rng))
+        assert curve.steps == 1
+        again = RiemannianCubic.from_initial(*curve.initial)
+        assert_close(curve.jerk([0, 0.4, 1]), again.jerk([0, 0.4, 1]), 1e-11, "jerk")
+
+
+def test_solutions_continue_as_accurately_as_curves_from_initial_data():
+    """Far beyond an end, where tension lets the curve grow fast."""
+    M, rng = Grassmann(5, 2), np.random.default_rng(0)
+
+    def vector(Y, length):
+        V = M.random_tangent(Y, rng=rng)
+        return V * (length / M.norm(Y, V))
+
+    Y0 = M.random_point(rng=rng)
+    Y1 = M.exp(Y0, vector(Y0, 1))
+    curve = RiemannianCubic.from_boundary(Y0, vector(Y0, 3), Y1, vector(Y1, 3), manifold=M, tension=50.0)
+    again = RiemannianCubic.from_initial(*curve.initial, tension=50.0, manifold=M)
+    for t in (-1.2, -1.6):
+        Y, expected = curve(t), again(t)
+        assert_close(Y.T @ Y, np.eye(2), 1e-12, "orthonormality")
+        # Round-off grows by exp(sqrt(50) t), about 1e5.
+        assert_close(Y @ Y.T, expected @ expected.T, 1e-9, "points")
+
+
+def test_variations_in_short_units_of_time():
+    """The velocity vanishes half way; its round-off is large in a short unit of time."""
+    M, rng = Stiefel(4, 2), np.random.default_rng(1)
+    S, zero = M.random_point(rng), np.zeros((4, 2))
+    V = M.random_tangent(S, rng)
+    half = RiemannianCubic.from_boundary(S, V, S, -V).restricted(0.5, 1.0).reparametrised(0.0, 1.0)
+    dS = M.random_tangent(half(0.0), rng)
+    expected = half.point_variation(0.3, dS, zero, zero, zero)
+    short = half.reparametrised(0.0, 1e-9).point_variation(0.3e-9, dS, zero, zero, zero)
+    assert_close(short, expected, 1e-12, "variation")

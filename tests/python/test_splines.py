@@ -323,3 +323,16 @@ def test_failures_say_the_tolerance_that_was_asked_for(tol):
     report = caught.value.report
     assert report.tolerance == tol
     assert report.residual > tol
+
+
+def test_distant_points_in_many_rows_are_joined():
+    """Points 2 apart, whose splines are found by descents in frames of 14 rows; the same ones in both directions."""
+    M, t = Stiefel(16, 1), np.arange(14.0)
+    for seed in range(2):
+        rng = np.random.default_rng(seed)
+        S = [M.random_point(rng)]
+        for _ in t[1:]:
+            V = M.random_tangent(S[-1], rng)
+            S.append(M.exp(S[-1], V * (2.0 / M.norm(S[-1], V))))
+        costs = [CubicSpline(t, points).cost() for points in (S, S[::-1])]
+        assert abs(costs[1] / costs[0] - 1) < 1e-6
