@@ -105,7 +105,7 @@ def smoothing(t: ArrayLike, positions: Array, lam: float | None, weights: ArrayL
         share = None if w is None else w / mean
         scaled = None if lam is None else float(lam / mean / unit / unit / unit)
     if scaled is not None and not np.isfinite(scaled):
-        raise InvalidInputError(f"lam: too large for these times and weights, found {lam}")
+        raise InvalidInputError(f"lam ({lam}) too large for these times and weights")
     rest = (positions - line(times)).T
     try:
         # SciPy before 1.15 takes one coordinate at a time.
