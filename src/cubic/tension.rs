@@ -18,20 +18,20 @@ pub(crate) fn check_tension(tension: f64) -> Result<()> {
 /// of 3000.
 const LARGEST: f64 = 64.0;
 
-/// Largest tension of splines through points with many rows. Without frames they are solved by steps of flat space without
-/// tension: with 40, 7 knots on St(40,2) are not solved. With frames series in hundreds of dimensions would take long.
-const LARGEST_IN_MANY_ROWS: f64 = 6.25;
+/// Largest tension if points have so many rows that splines are solved by steps of flat space without tension: with 40,
+/// 7 knots on St(40,2) are not solved.
+const LARGEST_WITHOUT_FRAMES: f64 = 6.25;
 
 /// Return an error if the tension of a leg, in the time in which the leg takes one unit, is too large for its start to
-/// determine the leg, or for points with many rows.
-pub(crate) fn check_leg_tension(tension: f64, has_few_rows: bool) -> Result<()> {
-    let (largest, requirement) = match has_few_rows {
+/// determine the leg, or for the solver that works without frames at the knots.
+pub(crate) fn check_leg_tension(tension: f64, has_frames: bool) -> Result<()> {
+    let (largest, requirement) = match has_frames {
         true => (
             LARGEST,
             "at most 64 when multiplied by the square of the longest interval between knots (add knots for more)",
         ),
         false => (
-            LARGEST_IN_MANY_ROWS,
+            LARGEST_WITHOUT_FRAMES,
             "at most 6.25 when multiplied by the square of the longest interval between knots, for so many rows (add knots for more)",
         ),
     };

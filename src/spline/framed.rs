@@ -1,4 +1,4 @@
-//! A chain whose points have few rows: every knot has an orthogonal frame, and vectors are coordinates in it.
+//! A chain whose points have at most `max(12, 4k)` rows: every knot has an orthogonal frame, and vectors are coordinates in it.
 
 use std::sync::Arc;
 

@@ -18,6 +18,9 @@ use crate::space::{Kind, Quotient, ScalarField};
 /// Number of knots up to which the dimension is reduced: the factorisation takes time quadratic in that number.
 const FEW: usize = 64;
 
+/// Rows of small frames.
+const SMALL: usize = 12;
+
 /// Points and lengths of legs.
 pub(super) struct ReducedKnots {
     kind: Kind,
@@ -108,14 +111,14 @@ impl ReducedKnots {
         Polar::new(s.ncols()).orthonormalised(low)
     }
 
-    /// Whether frames of the whole span have at most so many rows, half as many if they are complex, or a single leg spans it:
-    /// the points have at most `4k` rows.
-    pub(super) fn have_at_most(&self, rows: usize) -> bool {
+    /// Whether frames of the whole span are small matrices, or a single leg spans it: the points have at most `max(12, 4k)`
+    /// rows, half as many if they are complex.
+    pub(super) fn is_small(&self) -> bool {
         let (mut r, mut k) = self.shape();
         if self.kind.field == ScalarField::Complex {
             (r, k) = (r / 2, k / 2);
         }
-        r <= rows.max(4 * k)
+        r <= SMALL.max(4 * k)
     }
 
     /// The space of the points.

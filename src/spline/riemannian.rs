@@ -22,19 +22,9 @@ use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::legs::Curves;
-use crate::manifold::only_bases::{Appearance, advised_knots, appearance};
+use crate::manifold::only_bases::{advised_knots, appearance};
 use crate::report::{SolverReport, StopReason};
 use crate::space::ScalarField;
-
-/// Rows up to which knots have frames, which descents need, whatever the number of columns. With 12, 87 instead of 64 of 112
-/// splines through 7 to 25 points of St(16,1), (30,1) and (20,2), random ones and some 2 and 3 apart, are not solved, and each
-/// takes 0.8 to 4 s instead of 0.2 to 0.8 s. Through 50 to 500 points up to 1 apart, on St(13,1) to St(30,7), it takes 1.0 to
-/// 1.3 times as long as without frames.
-const ROWS: usize = 30;
-
-/// Rows up to which tension may be large, and up to which points are not examined for being mere bases, since descents are
-/// quick.
-const FEW_ROWS: usize = 12;
 
 /// The spline of Riemannian cubics through points, with continuous velocity and covariant acceleration.
 ///
@@ -137,7 +127,7 @@ impl<'e> Problem<'e> {
         // Multiply one factor at a time: the product of the factors may overflow.
         let tension = options.tension * knots.unit * knots.unit;
         let longest = knots.lengths.iter().fold(0.0_f64, |most, h| most.max(*h));
-        check_leg_tension(tension * longest * longest, knots.have_at_most(FEW_ROWS))?;
+        check_leg_tension(tension * longest * longest, knots.is_small())?;
         Ok(Problem {
             knots,
             ends,
@@ -150,7 +140,7 @@ impl<'e> Problem<'e> {
     /// # Errors
     /// As [`cubic_spline`].
     fn solve(&self, options: &SplineOptions<'_>) -> Result<Solved> {
-        let solved = match self.knots.have_at_most(ROWS) {
+        let solved = match self.knots.is_small() {
             true => self.solve_in_frames(options),
             false => self.solve_in_ambient(options),
         };
@@ -158,14 +148,6 @@ impl<'e> Problem<'e> {
         match solution.report {
             report if report.converged => Ok((pieces, solution)),
             report => Err(Error::no_convergence(SOLVER, report, options.tolerance)),
-        }
-    }
-
-    /// Whether the points of a search that may take long seem to be mere bases.
-    fn appearance(&self) -> Appearance {
-        match self.knots.have_at_most(FEW_ROWS) {
-            true => Appearance::Usual,
-            false => appearance(self.knots.quotient(), &self.knots.points),
         }
     }
 
@@ -206,7 +188,7 @@ impl<'e> Problem<'e> {
             // A space of dimension zero.
             Solution::none(SolverReport::new(StopReason::Converged, 0, 0.0, 0.0))
         } else {
-            solve::in_frames(&chain, &ends, self.appearance(), options)?
+            solve::in_frames(&chain, &ends, options)?
         };
         finished(&chain, solution, &space, options.interrupt)
     }
@@ -216,7 +198,8 @@ impl<'e> Problem<'e> {
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
         let chain = Ambient::new(options.kind(), points, lengths, options.interrupt)?;
         let chain = chain.in_tension(self.tension);
-        let solution = solve::in_ambient(&chain, &ends, self.appearance(), options)?;
+        let seem = appearance(self.knots.quotient(), &self.knots.points);
+        let solution = solve::in_ambient(&chain, &ends, seem, options)?;
         finished(&chain, solution, &self.knots.space(), options.interrupt)
     }
 }

@@ -45,10 +45,6 @@ use crate::threads;
 
 const SOLVER: &str = "smoothing spline";
 
-/// Rows up to which knots have frames, whatever the number of columns. With 30, as for splines through given points, 12 to 40
-/// data on St(15,1) to St(30,7) take 1.4 to 11 times as long.
-const ROWS: usize = 12;
-
 /// Microseconds of the cost of a piece; 32 on St(20,5).
 const COST: f64 = 4.0;
 
@@ -229,7 +225,7 @@ fn smoothed(
         .lambda
         .map(|lambda| lambda / knots.unit / knots.unit / knots.unit / heaviest);
     let (space, interrupt) = (knots.space(), options.interrupt);
-    let solved = if knots.have_at_most(ROWS) {
+    let solved = if knots.is_small() {
         let through = |points: &[Mat<f64>]| {
             let frames = frames(kind, points)?.into();
             let (columns, lengths) = (points[0].ncols(), knots.lengths.clone());

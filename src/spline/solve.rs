@@ -29,10 +29,9 @@ const FURTHER: f64 = 1.7;
 pub(super) fn in_frames(
     chain: &Framed<'_>,
     ends: &Ends,
-    points: Appearance,
     options: &SplineOptions<'_>,
 ) -> Result<Solution> {
-    let work = work_in_frames(chain, points, options);
+    let work = work_in_frames(chain, options);
     let effort = Effort::new(options, &work);
     // A start too fast to be integrated is left to descents.
     let first = unless_interrupted(chain.solve(ends, Start::Flat, effort))?;
@@ -58,13 +57,9 @@ pub(super) fn in_frames(
 }
 
 /// The work limit of a chain in few dimensions.
-pub(super) fn work_in_frames(
-    chain: &Framed<'_>,
-    points: Appearance,
-    options: &SplineOptions<'_>,
-) -> Work {
+pub(super) fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions<'_>) -> Work {
     let trial = chain.lengths().len() as f64 * chain.work_of_leg();
-    options.work(TRIALS_IN_FRAMES, trial, points)
+    options.work(TRIALS_IN_FRAMES, trial, Appearance::Usual)
 }
 
 fn unsolved(effort: Effort<'_>) -> Solution {

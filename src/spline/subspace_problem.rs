@@ -19,7 +19,6 @@ use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::span::Span;
 use crate::error::{Error, Result, unless_interrupted};
 use crate::manifold::Grassmann;
-use crate::manifold::only_bases::Appearance;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Kind, Quotient};
@@ -108,7 +107,7 @@ impl<'a> SubspaceProblem<'a> {
             let report = SolverReport::new(StopReason::Converged, 0, 0.0, 0.0);
             return Ok(Solution::none(report));
         }
-        solve::in_frames(&self.chain, &self.ends, Appearance::Usual, &self.options)
+        solve::in_frames(&self.chain, &self.ends, &self.options)
     }
 
     /// The solution that Newton's method finds from given covariant acceleration and jerk at the first basis, shape
@@ -135,7 +134,7 @@ impl<'a> SubspaceProblem<'a> {
 
     /// The work limit of a solution.
     pub(super) fn work(&self) -> Work {
-        solve::work_in_frames(&self.chain, Appearance::Usual, &self.options)
+        solve::work_in_frames(&self.chain, &self.options)
     }
 
     /// Acceleration and third vector, in coordinates, of given covariant acceleration and jerk at the first basis;
