@@ -173,6 +173,10 @@ impl Field {
         })
     }
 
+    /// An array of the field from matrices of the core, shape `(..., n, k)`; complex ones are written by a function.
+    ///
+    /// # Errors
+    /// Those of the function.
     fn converted(
         self,
         array: Array,

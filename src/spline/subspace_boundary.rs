@@ -23,8 +23,8 @@ impl RiemannianCubic {
     /// found from several starts is returned. Nearer ones may have cheaper ones too, if speeds are above 1: of 60 problems on
     /// Gr(4,2) at distance 0.8, [`all_between_subspaces`](Self::all_between_subspaces) finds a cheaper one in 1 at speeds of 1,
     /// in 4 at 1.3 and in 9 at 1.5. For lines, it is the cheaper of the two cubics on the sphere that end in opposite
-    /// vectors. With a guess, it is the solution that Newton's method finds from the
-    /// guess; if it finds none, the solution without a guess.
+    /// vectors. With a guess, it is the solution that Newton's method finds from the guess; if it finds none, the solution
+    /// without a guess.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`, `InvalidArgument` (options); `RightAngle` if a
     /// principal angle between the subspaces is pi/2; `NoConvergence`, `Interrupted`.

@@ -317,7 +317,7 @@ def test_fast_legs_are_stored():
 
 
 def test_fast_lines_in_complex_space_are_joined():
-    """Near lines with speeds up to 6; without a descent from the cubic of flat space, two of these are not solved."""
+    """Near lines with speeds up to 6; without a descent from the cubic of flat space, four of these are not solved."""
     M, rng = stiefel_rs.Grassmann(3, 1, field="complex"), np.random.default_rng(0)
 
     def vector(Y, length):
