@@ -20,6 +20,7 @@ use crate::interrupt::Interrupt;
 use crate::legs::Dense;
 use crate::linalg::field::larger;
 use crate::solve::gmres::{Gmres, norm};
+use crate::solve::line_search::backtracked;
 use crate::space::{Homogeneous, Shape, in_space};
 
 const SOLVER: &str = "boundary value problem of a Riemannian cubic";
@@ -54,10 +55,8 @@ const SHARE: f64 = 0.1;
 /// Largest defect of the frames, relative to the residual that the next step can reach.
 const FRAMES: f64 = 0.1;
 
-/// A step is halved until the residual decreases by this fraction of the decrease that the linear equations predict, and
-/// given up after some times.
-const SUFFICIENT_DECREASE: f64 = 1e-4;
-const MOST_HALVINGS: usize = 4;
+/// Number of lengths of a step that are tried.
+const STEP_LENGTHS: i32 = 4;
 
 /// When to stop.
 #[derive(Clone, Copy)]
@@ -234,17 +233,12 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
             return Ok(false);
         }
         let before = leg.unknowns();
-        let mut share = 1.0;
-        for _ in 0..MOST_HALVINGS {
+        let found = backtracked(size, STEP_LENGTHS, |share| {
             self.leg.set_unknowns(&before, &step, -share);
             self.leg.evaluate(FRAMES * size * size);
-            let now = norm(&self.leg.flat_step());
-            if now <= (1.0 - SUFFICIENT_DECREASE * share) * size {
-                return Ok(true);
-            }
-            share *= 0.5;
-        }
-        Ok(false)
+            Ok(Some(((), norm(&self.leg.flat_step()))))
+        })?;
+        Ok(found.is_some())
     }
 }
 

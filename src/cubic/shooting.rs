@@ -21,6 +21,7 @@ use crate::manifold::only_bases::Appearance;
 use crate::report::{SolverReport, StopReason};
 use crate::shooting::StartResponse;
 use crate::solve::gmres::Gmres;
+use crate::solve::line_search::backtracked;
 
 pub(super) const SOLVER: &str = "shooting for a Riemannian cubic";
 
@@ -39,11 +40,8 @@ const USELESS: f64 = 0.9;
 /// A step that leaves more than this fraction of the residual justifies another Jacobian.
 const SLOW: f64 = 0.1;
 
-/// A step is accepted if it reduces the residual by this fraction of the reduction that the linear model predicts.
-const SUFFICIENT_DECREASE: f64 = 1e-4;
-
-/// Number of times a step is halved before the direction is given up.
-const MAX_HALVINGS: i32 = 8;
+/// Number of lengths of a Newton step that are tried.
+const STEP_LENGTHS: i32 = 8;
 
 /// Integration accuracy of residuals, relative to the residual that the next step can reach.
 const ACCURACY_SHARE: f64 = 1e-4;
@@ -229,18 +227,16 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         accuracy: Accuracy,
         distance: f64,
     ) -> Result<Option<(Vec<f64>, Residual<f64>)>> {
-        for halving in 0..MAX_HALVINGS {
+        let found = backtracked(distance, STEP_LENGTHS, |share| {
             self.interrupt.check(SOLVER)?;
-            let damping = 0.5_f64.powi(halving);
-            let trial: Vec<f64> = y.iter().zip(step).map(|(y, s)| y - damping * s).collect();
-            let enough = (1.0 - SUFFICIENT_DECREASE * damping) * distance;
-            if let Some(found) = unless_interrupted(self.residual(&trial, accuracy))?
-                && found.distance <= enough
-            {
-                return Ok(Some((trial, found)));
-            }
-        }
-        Ok(None)
+            let trial: Vec<f64> = y.iter().zip(step).map(|(y, s)| y - share * s).collect();
+            let found = unless_interrupted(self.residual(&trial, accuracy))?;
+            Ok(found.map(|found| {
+                let distance = found.distance;
+                ((trial, found), distance)
+            }))
+        })?;
+        Ok(found.map(|(state, _)| state))
     }
 
     pub(super) fn residual(&mut self, y: &[f64], accuracy: Accuracy) -> Result<Residual<f64>> {

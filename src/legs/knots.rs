@@ -32,6 +32,16 @@ pub(crate) struct Knots<'a> {
 }
 
 impl<'a> Knots<'a> {
+    /// Knots whose legs need no targets, without tension.
+    pub(crate) fn of_points(lengths: &'a [f64], ends: &'a Ends) -> Self {
+        Knots {
+            lengths,
+            targets: Vec::new(),
+            ends,
+            tension: 0.0,
+        }
+    }
+
     /// Number of knots with a separate velocity: the last knot of a closed chain is the first one.
     pub(crate) fn count(&self) -> usize {
         self.lengths.len() + usize::from(matches!(self.ends, Ends::Open(_)))

@@ -7,15 +7,7 @@ use super::QuasiGeodesic;
 use crate::error::Result;
 use crate::linalg::SkewExp;
 use crate::linalg::product::{mul_add, mul_into};
-
-/// Direction along a curve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Direction {
-    /// From its start to its end.
-    Forward,
-    /// From its end to its start.
-    Backward,
-}
+use crate::solve::tridiagonal::Direction;
 
 /// `V -> e^{X} V e^{Omega}` and its inverse, for the factors of one quasi-geodesic, with buffers allocated once per
 /// shape.

@@ -162,8 +162,9 @@ fn versine(x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::manifold::Stiefel;
-    use crate::manifold::carrier::{Carrier, Direction};
+    use crate::manifold::carrier::Carrier;
     use crate::manifold::retraction_differential::retraction_differential;
+    use crate::solve::tridiagonal::Direction;
 
     fn entry(i: usize, j: usize, seed: usize) -> f64 {
         ((17 * i + 5 * j + 11 * seed) as f64).sin()

@@ -5,5 +5,7 @@ pub(crate) mod block_cholesky;
 pub(crate) mod block_tridiagonal;
 pub(crate) mod broyden;
 pub(crate) mod gmres;
+pub(crate) mod line_search;
 pub mod newton;
+pub(crate) mod newton_krylov;
 pub(crate) mod tridiagonal;

@@ -7,17 +7,14 @@
 use faer::{Mat, MatMut};
 
 use super::gmres::norm;
+use super::line_search::backtracked;
 use crate::error::{Error, Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
 use crate::report::{SolverReport, StopReason};
 
-/// A step is accepted if it reduces the norm of the residual by this fraction of the reduction that the linear model
-/// predicts.
-const SUFFICIENT_DECREASE: f64 = 1e-4;
-
-/// Number of times a step is halved before the direction is given up.
-const MAX_HALVINGS: i32 = 30;
+/// Number of lengths of a step that are tried.
+const STEP_LENGTHS: i32 = 30;
 
 /// A square system of equations `F(x) = 0`.
 ///
@@ -141,8 +138,7 @@ pub fn solve(
             found,
         });
     }
-    let (mut residual, mut trial_residual, mut trial) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
-    let mut jacobian = Mat::zeros(m, m);
+    let (mut residual, mut jacobian) = (vec![0.0; m], Mat::zeros(m, m));
     problem.evaluate(x, &mut residual, None)?;
     let mut size = norm(&residual);
     let mut iterations = 0;
@@ -158,28 +154,22 @@ pub fn solve(
         let Some(step) = solve_square(jacobian.as_ref(), &residual) else {
             break StopReason::SingularJacobian;
         };
-        let mut accepted = false;
-        for halving in 0..MAX_HALVINGS {
+        let found = backtracked(size, STEP_LENGTHS, |share| {
             options.interrupt.check("Newton iteration")?;
-            let damping = 0.5_f64.powi(halving);
-            for i in 0..m {
-                trial[i] = x[i] - damping * step[i];
-            }
-            let evaluated = problem.evaluate(&trial, &mut trial_residual, None);
-            if unless_interrupted(evaluated)?.is_none() {
-                continue;
-            }
-            let trial_size = norm(&trial_residual);
-            if trial_size <= (1.0 - SUFFICIENT_DECREASE * damping) * size {
-                x.copy_from_slice(&trial);
-                size = trial_size;
-                accepted = true;
-                break;
-            }
-        }
-        if !accepted {
+            let trial: Vec<f64> = x
+                .iter()
+                .zip(&step)
+                .map(|(x, step)| x - share * step)
+                .collect();
+            let evaluated = problem.evaluate(&trial, &mut residual, None);
+            let size = unless_interrupted(evaluated)?.map(|()| norm(&residual));
+            Ok(size.map(|size| ((trial, size), size)))
+        })?;
+        let Some(((next, now), _)) = found else {
             break StopReason::Stagnated;
-        }
+        };
+        x.copy_from_slice(&next);
+        size = now;
         iterations += 1;
     };
     Ok(SolverReport::new(

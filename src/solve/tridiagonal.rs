@@ -14,7 +14,7 @@ use crate::error::Result;
 
 /// Direction from a knot to the next one, or back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Way {
+pub(crate) enum Direction {
     Forward,
     Backward,
 }
@@ -28,7 +28,13 @@ pub(crate) trait Isometries {
     ///
     /// # Errors
     /// An error if carrying fails.
-    fn carry_into(&mut self, leg: usize, way: Way, from: &[f64], to: &mut [f64]) -> Result<()>;
+    fn carry_into(
+        &mut self,
+        leg: usize,
+        way: Direction,
+        from: &[f64],
+        to: &mut [f64],
+    ) -> Result<()>;
 }
 
 /// Vectors with the given number of coordinates that are not turned between knots.
@@ -39,15 +45,15 @@ impl Isometries for Unturned {
         self.0
     }
 
-    fn carry_into(&mut self, _: usize, _: Way, from: &[f64], to: &mut [f64]) -> Result<()> {
+    fn carry_into(&mut self, _: usize, _: Direction, from: &[f64], to: &mut [f64]) -> Result<()> {
         to.copy_from_slice(from);
         Ok(())
     }
 }
 
-/// Number of knots by which a closed chain is unrolled at both ends: their influence decays as `(2 - 3^(1/2))^j` for equal
-/// legs, to round-off, and at worst as `2^-j`, to 4e-9, which is enough for a preconditioner.
-const UNROLLED: usize = 28;
+/// Number of knots by which a closed chain is unrolled at both ends: their influence decays as `2^-j` at worst, to 6e-14,
+/// and as `(2 - 3^(1/2))^j` for equal legs.
+const UNROLLED: usize = 44;
 
 /// Numbers of a block, indexed by the fields of a knot.
 pub(crate) type Block<const C: usize> = [[f64; C]; C];
@@ -134,7 +140,7 @@ impl<const C: usize> Tridiagonal<C> {
             if i > 0 {
                 let leg = self.leg_before(knot);
                 let from = &before[size * (i - 1)..];
-                self.carry(isometries, leg, Way::Forward, from, &mut carried)?;
+                self.carry(isometries, leg, Direction::Forward, from, &mut carried)?;
                 subtract_product::<C>(&self.below[knot], &carried, at);
             }
             multiply::<C>(&self.steps[i].0, at);
@@ -142,7 +148,13 @@ impl<const C: usize> Tridiagonal<C> {
         for i in (0..self.order.len() - 1).rev() {
             let (at, after) = all.split_at_mut(size * (i + 1));
             let leg = self.order[i];
-            self.carry(isometries, leg, Way::Backward, &after[..size], &mut carried)?;
+            self.carry(
+                isometries,
+                leg,
+                Direction::Backward,
+                &after[..size],
+                &mut carried,
+            )?;
             subtract_product::<C>(&self.steps[i].1, &carried, &mut at[size * i..]);
         }
         let first = match self.shape {
@@ -167,7 +179,7 @@ impl<const C: usize> Tridiagonal<C> {
         &self,
         isometries: &mut impl Isometries,
         leg: usize,
-        way: Way,
+        way: Direction,
         from: &[f64],
         to: &mut [f64],
     ) -> Result<()> {

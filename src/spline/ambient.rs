@@ -22,10 +22,11 @@ use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::distance;
-use crate::manifold::carrier::{Carrier, Direction};
+use crate::manifold::carrier::Carrier;
 use crate::manifold::grassmann::alignment::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
+use crate::solve::tridiagonal::Direction;
 use crate::space::{Kind, Quotient};
 use crate::threads::{self, ALWAYS};
 

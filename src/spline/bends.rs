@@ -30,11 +30,12 @@ use crate::error::{Error, Result};
 use crate::linalg::product::{axpy, mul_add, mul_into, scale};
 use crate::linalg::structure::check_range;
 use crate::manifold::QuasiGeodesic;
-use crate::manifold::carrier::{Carrier, Direction};
+use crate::manifold::carrier::Carrier;
 use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::inverse_differential::InverseDifferential;
 use crate::manifold::quasi_geodesic::{Departure, EndpointProblem};
 use crate::manifold::tangent::tangent_part;
+use crate::solve::tridiagonal::Direction;
 use crate::space::Quotient;
 
 /// Quantity named in `Overflow` errors.

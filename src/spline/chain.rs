@@ -15,10 +15,9 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
 use crate::manifold::QuasiGeodesic;
-use crate::manifold::carrier::Direction;
 use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
-use crate::solve::tridiagonal::{Isometries, Way};
+use crate::solve::tridiagonal::{Direction, Isometries};
 use crate::space::Quotient;
 use crate::threads::{self, scaled};
 
@@ -148,11 +147,13 @@ impl<C: Chain> Isometries for Carrying<'_, C> {
         self.chain.size()
     }
 
-    fn carry_into(&mut self, leg: usize, way: Way, from: &[f64], to: &mut [f64]) -> Result<()> {
-        let way = match way {
-            Way::Forward => Direction::Forward,
-            Way::Backward => Direction::Backward,
-        };
+    fn carry_into(
+        &mut self,
+        leg: usize,
+        way: Direction,
+        from: &[f64],
+        to: &mut [f64],
+    ) -> Result<()> {
         self.chain.carry_into(self.worker, leg, way, from, to)
     }
 }

@@ -18,9 +18,9 @@ use crate::error::{Result, unless_interrupted};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::linalg::structure::row_by_row;
-use crate::manifold::carrier::Direction;
 use crate::manifold::grassmann::alignment::alignment;
 use crate::shooting::{ChainKnots, Descent, Held, Layout, LeastCost, least_cost, products_of_step};
+use crate::solve::tridiagonal::Direction;
 use crate::space::{Quotient, in_space};
 
 /// Norm of the gradient at which descents stop, in the time of a leg.

@@ -13,7 +13,9 @@ use crate::manifold::Grassmann;
 use crate::manifold::Stiefel;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
-use crate::solve::gmres::{Gmres, norm};
+use crate::solve::gmres::norm;
+use crate::solve::line_search::backtracked;
+use crate::solve::newton_krylov::newton_step;
 use crate::space::Quotient;
 use crate::threads;
 
@@ -29,18 +31,14 @@ const DEPTH: usize = 6;
 /// Integration accuracy of residuals, relative to the previous residual.
 const ACCURACY_SHARE: f64 = 2e-5;
 
-/// Step of difference quotients of the equations, relative to the motion, and integration accuracy there.
-const DIFFERENCE: f64 = 1e-7;
+/// Integration accuracy of difference quotients.
 const DIFFERENCE_ACCURACY: f64 = 1e-13;
 
 /// Relative residual to which GMRES solves the linear equations.
 const KRYLOV_SHARE: f64 = 1e-2;
 
-/// A Newton step is shortened until the residual decreases by this fraction of the predicted decrease.
-const SUFFICIENT_DECREASE: f64 = 1e-4;
-
-/// Number of times a step is halved before it is given up.
-const MAX_HALVINGS: i32 = 8;
+/// Number of lengths of a Newton step that are tried.
+const STEP_LENGTHS: i32 = 8;
 
 /// Number of consecutive steps that may leave more than half of the smallest residual so far.
 const PATIENCE: usize = 8;
@@ -323,45 +321,29 @@ impl<'d, C: Movable> Fit<'d, C> {
         Ok(State { chain, motion })
     }
 
-    /// The state after a Newton step, which is shortened until the flat step decreases.
+    /// The state after a Newton step, which is shortened until the flat step decreases. The flat step is the preconditioner of
+    /// the linear equations, which are solved with difference quotients.
     fn descended(&self, accuracy: Accuracy, here: &Balance) -> Result<Option<(State<C>, Balance)>> {
-        let Some(step) = self.newton_step(accuracy, &here.step)? else {
-            return Ok(None);
-        };
-        let size = norm(&here.step);
-        for halving in 0..MAX_HALVINGS {
-            if self.work.is_done() {
-                break;
-            }
-            let share = 0.5_f64.powi(halving);
-            if let Some((state, found)) = self.tried(accuracy, share, &step)?
-                && norm(&found.step) <= (1.0 - SUFFICIENT_DECREASE * share) * size
-            {
-                return Ok(Some((state, found)));
-            }
-        }
-        Ok(None)
-    }
-
-    /// The Newton step by GMRES with difference quotients, for which the flat step is the preconditioner: its
-    /// derivative is near minus the identity. `None` if a difference cannot be computed.
-    fn newton_step(&self, accuracy: Accuracy, here: &[f64]) -> Result<Option<Vec<f64>>> {
         let base = self.balance(&self.state, accuracy)?.step;
-        let size = norm(&self.state.motion.entries).max(1.0);
-        let mut step = here.to_vec();
-        let solved = Gmres::new(step.len()).try_solve(&mut step, KRYLOV_SHARE, |v, out| {
+        let size = norm(&self.state.motion.entries);
+        let step = newton_step(&base, size, KRYLOV_SHARE, |share, direction| {
             if self.work.is_done() {
-                out.copy_from_slice(v);
-                return Result::Ok(());
+                return Ok(None);
             }
-            let share = DIFFERENCE * size / norm(v);
-            let there = self.balance(&self.advanced(share, v)?, accuracy)?;
-            for ((out, base), there) in out.iter_mut().zip(&base).zip(there.step) {
-                *out = (base - there) / share;
+            let beside = self.advanced(share, direction)?;
+            Ok(Some(self.balance(&beside, accuracy)?.step))
+        })?;
+        let found = backtracked(norm(&here.step), STEP_LENGTHS, |share| {
+            if self.work.is_done() {
+                return Ok(None);
             }
-            Ok(())
-        });
-        Ok(unless_interrupted(solved)?.map(|()| step))
+            let tried = self.tried(accuracy, share, &step)?;
+            Ok(tried.map(|(state, found)| {
+                let size = norm(&found.step);
+                ((state, found), size)
+            }))
+        })?;
+        Ok(found.map(|(state, _)| state))
     }
 
     /// Factor by which bends are multiplied in steps. If the weight of the cost is large, bends are small, but they

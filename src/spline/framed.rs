@@ -21,10 +21,10 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::thin_q;
 use crate::linalg::lanes::LANES;
-use crate::manifold::carrier::Direction;
 use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
+use crate::solve::tridiagonal::Direction;
 use crate::space::{Kind, Quotient, Shape};
 use crate::threads::{self, scaled};
 

@@ -3,22 +3,26 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::bends::{Bends, add_quasi_geodesic_acceleration};
-use super::ends::{EndCondition, EndConditions, check_ends};
-use super::flat::{FlatSystem, has_velocity, matrix, matrix_mut};
+use super::ends::{End, EndConditions, Ends, check_ends};
+use super::flat::{matrix, matrix_mut, right_sides};
 use super::knots;
 use super::links::Links;
 use super::options::SplineOptions;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
+use crate::cubic::packing::entries;
 use crate::curve::GeometricCubic;
 use crate::error::{Error, Result, unless_interrupted};
 use crate::interrupt::Interrupt;
-use crate::linalg::product::axpy;
+use crate::legs::Knots;
 use crate::manifold::only_bases::advised_knots;
 use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
-use crate::solve::gmres::{Gmres, norm};
+use crate::solve::gmres::norm;
+use crate::solve::line_search::backtracked;
+use crate::solve::newton_krylov::newton_step;
+use crate::solve::tridiagonal::{Isometries, Tridiagonal};
 use crate::space::{Kind, Quotient};
 use crate::threads::{self, scaled};
 
@@ -38,18 +42,11 @@ const MAX_GROUPS: usize = 64;
 /// Mixing continues as long as this many steps halve the residual.
 const PATIENCE: usize = 4;
 
-/// Step of difference quotients, in the direction of a unit vector.
-const DIFFERENCE: f64 = 1e-7;
-
 /// Relative residual to which Newton's equations are solved.
 const FORCING: f64 = 1e-3;
 
-/// A Newton step is accepted if it reduces the residual by this fraction of the reduction that the linear model
-/// predicts.
-const SUFFICIENT_DECREASE: f64 = 1e-4;
-
-/// Number of times a step is halved before it is given up.
-const MAX_HALVINGS: i32 = 10;
+/// Number of lengths of a Newton step that are tried.
+const STEP_LENGTHS: i32 = 10;
 
 /// The spline of geometric cubics through points, with continuous velocity and covariant acceleration.
 ///
@@ -121,9 +118,9 @@ pub(super) fn solved<'a>(
 /// The equations, in the coordinates of the span of the data and in units of the mean length of a leg.
 pub(super) struct Problem<'a> {
     knots: ReducedKnots,
-    ends: EndConditions,
-    chain: Links,
-    flat: FlatSystem,
+    ends: Ends,
+    links: Links,
+    flat: Tridiagonal<1>,
     /// One per group of legs.
     work: Vec<Bends>,
     shape: (usize, usize),
@@ -148,21 +145,16 @@ impl<'a> Problem<'a> {
         ends: &EndConditions,
         interrupt: Interrupt<'a>,
     ) -> Result<Self> {
-        let vectors = ends.vectors();
-        let kind = Kind::real(quotient);
-        let mut knots = ReducedKnots::new(kind, t, points, &vectors)?;
-        if matches!(ends, EndConditions::Periodic) {
-            knots.close()?;
-        }
-        let ends = reduced_ends(&knots, ends);
+        let knots = ReducedKnots::of_spline(Kind::real(quotient), t, points, ends)?;
+        let ends = knots.ends(ends, |_, v| entries(v));
         let (n, k) = knots.shape();
         let legs = knots.lengths.len();
         let groups = legs.div_ceil(group(legs));
         Ok(Problem {
             shape: (n, k),
             work: (0..groups).map(|_| Bends::new(quotient, n, k)).collect(),
-            chain: Links::new(&knots.points, quotient)?,
-            flat: FlatSystem::new(&knots.lengths, &ends),
+            links: Links::new(&knots.points, quotient)?,
+            flat: Knots::of_points(&knots.lengths, &ends).flat_system()?,
             knots,
             ends,
             interrupt,
@@ -171,9 +163,8 @@ impl<'a> Problem<'a> {
 
     /// Solves for the velocities at the knots that have a separate one.
     fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<(Vec<f64>, SolverReport)> {
-        let mut velocities = self.flat.right_side(&self.chain, self.shape, &self.ends);
-        self.flat
-            .solve(&mut self.chain, self.shape, &mut velocities);
+        let mut velocities = right_sides(&self.links, &self.chain());
+        self.flat.solve(&mut self.links, &mut velocities)?;
         let mut found = self.residual(&velocities)?;
         let mut iterations = self.mix(&mut velocities, &mut found, tolerance, max_iterations)?;
         let reason = loop {
@@ -184,8 +175,20 @@ impl<'a> Problem<'a> {
                 break StopReason::MaxIterations;
             }
             iterations += 1;
-            let step = self.newton_step(&velocities, &found)?;
-            let Some(better) = self.descend(&velocities, &step, found.total)? else {
+            let width = norm(&velocities);
+            let step = newton_step(&found.step, width, FORCING, |share, direction| {
+                let beside = self.residual(&plus(&velocities, share, direction))?;
+                Ok(Some(beside.step))
+            })?;
+            let better = backtracked(found.total, STEP_LENGTHS, |share| {
+                let trial = plus(&velocities, share, &step);
+                let found = self.try_residual(&trial)?;
+                Ok(found.map(|found| {
+                    let total = found.total;
+                    ((trial, found), total)
+                }))
+            })?;
+            let Some((better, _)) = better else {
                 break StopReason::Stagnated;
             };
             (velocities, found) = better;
@@ -236,55 +239,17 @@ impl<'a> Problem<'a> {
         Ok(found.filter(|found| found.total.is_finite()))
     }
 
-    /// The Newton step by GMRES, with derivatives by difference quotients.
-    fn newton_step(&mut self, velocities: &[f64], found: &Residual) -> Result<Vec<f64>> {
-        let mut step = found.step.clone();
-        let width = DIFFERENCE * norm(velocities).max(1.0);
-        let solved = Gmres::new(step.len()).try_solve(&mut step, FORCING, |direction, image| {
-            let there = self.residual(&plus(velocities, width, direction))?;
-            for (to, (there, here)) in image.iter_mut().zip(there.step.iter().zip(&found.step)) {
-                *to = (here - there) / width;
-            }
-            Result::Ok(())
-        });
-        // The partial step of an iteration that failed is judged by the line search.
-        unless_interrupted(solved)?;
-        Ok(step)
-    }
-
-    fn descend(
-        &mut self,
-        velocities: &[f64],
-        step: &[f64],
-        total: f64,
-    ) -> Result<Option<(Vec<f64>, Residual)>> {
-        for halving in 0..MAX_HALVINGS {
-            let share = 0.5_f64.powi(halving);
-            let trial = plus(velocities, share, step);
-            if let Some(found) = self.try_residual(&trial)?
-                && found.total <= (1.0 - SUFFICIENT_DECREASE * share) * total
-            {
-                return Ok(Some((trial, found)));
-            }
-        }
-        Ok(None)
-    }
-
     fn residual(&mut self, velocities: &[f64]) -> Result<Residual> {
         let bends = self.bends(velocities)?;
+        let jumps = self.jumps(velocities, &bends);
         let (mut size, mut total) = (0.0_f64, 0.0);
-        let count = self.flat.unknown_knots();
-        let mut step = Vec::with_capacity(velocities.len());
-        for knot in 0..count {
-            let jump = self.jump(knot, velocities, &bends);
-            let legs = self.legs_at(knot).into_iter().flatten();
-            let h = legs.fold(f64::INFINITY, |h, leg| h.min(self.knots.lengths[leg]));
-            let length = h * h * norm(&jump);
+        for (knot, jump) in jumps.chunks_exact(self.links.size()).enumerate() {
+            let length = self.chain().shortest(knot).powi(2) * norm(jump);
             size = if length <= size { size } else { length };
             total += length * length;
-            step.extend(jump.iter().map(|x| -x));
         }
-        self.flat.solve(&mut self.chain, self.shape, &mut step);
+        let mut step: Vec<f64> = jumps.iter().map(|jump| -jump).collect();
+        self.flat.solve(&mut self.links, &mut step)?;
         Ok(Residual {
             step,
             size,
@@ -324,59 +289,41 @@ impl<'a> Problem<'a> {
         self.interrupt.check(SOLVER)?;
         let ends = [leg, leg + 1];
         let points = ends.map(|knot| self.knots.points[knot].as_ref());
-        let velocities = ends.map(|knot| matrix(self.velocity(velocities, knot), self.shape));
+        let velocities = ends.map(|knot| self.velocity(velocities, knot));
         let (first, last) = out.split_at_mut(out.len() / 2);
         let out = [first, last].map(|out| matrix_mut(out, self.shape));
         work.compute(points, velocities, self.knots.lengths[leg], out)
     }
 
+    fn chain(&self) -> Knots<'_> {
+        Knots::of_points(&self.knots.lengths, &self.ends)
+    }
+
     /// The velocity of a knot, among the velocities of the knots that have a separate one.
-    fn velocity<'v>(&self, velocities: &'v [f64], knot: usize) -> &'v [f64] {
-        let size = self.shape.0 * self.shape.1;
-        let knot = knot % self.flat.unknown_knots();
-        &velocities[knot * size..(knot + 1) * size]
+    fn velocity<'v>(&self, velocities: &'v [f64], knot: usize) -> MatRef<'v, f64> {
+        let size = self.links.size();
+        let knot = knot % self.chain().count();
+        matrix(&velocities[knot * size..][..size], self.shape)
     }
 
-    /// The leg before a knot and the leg after it.
-    fn legs_at(&self, knot: usize) -> [Option<usize>; 2] {
-        let legs = self.knots.lengths.len();
-        let before = match (knot, &self.ends) {
-            (0, EndConditions::Periodic) => Some(legs - 1),
-            _ => knot.checked_sub(1),
-        };
-        [before, (knot < legs).then_some(knot)]
-    }
-
-    /// The acceleration before a knot minus the one after it; at an end, minus the given one.
-    fn jump(&self, knot: usize, velocities: &[f64], bends: &[f64]) -> Vec<f64> {
-        let size = self.shape.0 * self.shape.1;
-        let mut jump = vec![0.0; size];
-        if has_velocity(&self.ends, knot, self.knots.lengths.len()) {
-            return jump;
-        }
-        let [before, after] = self.legs_at(knot);
-        for (leg, side, sign) in [(before, 1, 1.0), (after, 0, -1.0)] {
-            let Some(leg) = leg else { continue };
-            let bend = &bends[(2 * leg + side) * size..][..size];
-            let factor = sign / (self.knots.lengths[leg] * self.knots.lengths[leg]);
-            for (to, bend) in jump.iter_mut().zip(bend) {
-                *to += factor * bend;
+    /// The accelerations before the knots minus those after them; at an end, minus the given one.
+    fn jumps(&self, velocities: &[f64], bends: &[f64]) -> Vec<f64> {
+        let (chain, size) = (self.chain(), self.links.size());
+        let bend = |leg: usize| [2 * leg, 2 * leg + 1].map(|end| &bends[end * size..][..size]);
+        let mut jumps = chain.jumps::<f64>(size, bend);
+        for (knot, jump) in jumps.chunks_exact_mut(size).enumerate() {
+            if let Some((End::Acceleration(_), sign)) = chain.end_at(knot) {
+                let point = self.knots.points[knot].as_ref();
+                let velocity = self.velocity(velocities, knot);
+                add_quasi_geodesic_acceleration(
+                    matrix_mut(jump, self.shape),
+                    -sign,
+                    point,
+                    velocity,
+                );
             }
         }
-        let sign = match [before, after] {
-            [None, _] => -1.0,
-            [_, None] => 1.0,
-            _ => return jump,
-        };
-        let velocity = matrix(self.velocity(velocities, knot), self.shape);
-        let point = self.knots.points[knot].as_ref();
-        let mut at = matrix_mut(&mut jump, self.shape);
-        add_quasi_geodesic_acceleration(at.as_mut(), sign, point, velocity);
-        if let EndConditions::Each(each) = &self.ends {
-            let wanted = each[usize::from(knot > 0)].vector();
-            axpy(at, -sign, wanted);
-        }
-        jump
+        jumps
     }
 
     /// The velocity at the given basis of a knot, in the caller's time.
@@ -386,7 +333,7 @@ impl<'a> Problem<'a> {
         point: MatRef<'_, f64>,
         velocities: &[f64],
     ) -> Mat<f64> {
-        let velocity = matrix(self.velocity(velocities, knot), self.shape);
+        let velocity = self.velocity(velocities, knot);
         self.knots.lift_vector(knot, point, velocity) * Scale(self.knots.unit.recip())
     }
 
@@ -394,7 +341,7 @@ impl<'a> Problem<'a> {
         let piece = |(): &mut (), leg: usize| {
             self.interrupt.check(SOLVER)?;
             let (h, ends) = (Scale(self.knots.lengths[leg]), [leg, leg + 1]);
-            let velocity = |knot| matrix(self.velocity(velocities, knot), self.shape) * h;
+            let velocity = |knot| self.velocity(velocities, knot) * h;
             // The solved velocities are tangent to the solver's tolerance; make them tangent to round-off.
             let [v0, v1] = ends.map(|knot| {
                 let point = self.knots.points[knot].as_ref();
@@ -408,23 +355,6 @@ impl<'a> Problem<'a> {
         let each = scaled(PIECE, self.shape);
         threads::map(self.knots.lengths.len(), each, || (), piece)
     }
-}
-
-/// End conditions in the coordinates and the time of the knots.
-fn reduced_ends(knots: &ReducedKnots, ends: &EndConditions) -> EndConditions {
-    let EndConditions::Each(each) = ends else {
-        return ends.clone();
-    };
-    let (last, unit) = (knots.points.len() - 1, knots.unit);
-    let reduced = |knot: usize, end: &EndCondition| match end {
-        EndCondition::Velocity(v) => {
-            EndCondition::Velocity(knots.down(knot, v.as_ref()) * Scale(unit))
-        }
-        EndCondition::Acceleration(a) => {
-            EndCondition::Acceleration(knots.down(knot, a.as_ref()) * Scale(unit * unit))
-        }
-    };
-    EndConditions::Each(Box::new([reduced(0, &each[0]), reduced(last, &each[1])]))
 }
 
 /// Number of legs that are computed one after another, the same for any number of threads.

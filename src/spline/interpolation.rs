@@ -26,7 +26,7 @@ use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::legs::Knots;
 use crate::linalg::field::add;
-use crate::manifold::carrier::Direction;
+use crate::solve::tridiagonal::Direction;
 use crate::solve::tridiagonal::Tridiagonal;
 
 /// Vectors computed per leg: distance, velocity and acceleration.
@@ -51,12 +51,7 @@ pub(super) struct Residual {
 
 impl<'c, C: Chain> Interpolation<'c, C> {
     pub(super) fn new(chain: &'c C, ends: &'c Ends) -> Result<Self> {
-        let knots = Knots {
-            lengths: chain.lengths(),
-            targets: Vec::new(),
-            ends,
-            tension: 0.0,
-        };
+        let knots = Knots::of_points(chain.lengths(), ends);
         Ok(Interpolation {
             chain,
             system: knots.flat_system()?,

@@ -2,10 +2,6 @@
 //! steps of the linearised equations are used, which are kept as long as they are effective. Both use Anderson mixing.
 //! If no derivatives are available, Newton steps are computed by GMRES with difference quotients, preconditioned by the
 //! step of flat space.
-//!
-//! # Source
-//! Knoll, Keyes (2004), "Jacobian-free Newton-Krylov methods", J. Comput. Phys. 193, 357-397, sec. 2 and 3, for the
-//! GMRES steps.
 
 use super::chain::Chain;
 use super::interpolation::{Interpolation, Residual};
@@ -18,7 +14,9 @@ use crate::error::{Result, unless_interrupted};
 use crate::legs::ROUND_OFF;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
-use crate::solve::gmres::{Gmres, norm};
+use crate::solve::gmres::norm;
+use crate::solve::line_search::backtracked;
+use crate::solve::newton_krylov::newton_step;
 
 pub(super) const SOLVER: &str = "spline of Riemannian cubics";
 
@@ -39,20 +37,14 @@ const SLOW: f64 = 0.2;
 /// derivatives are available.
 const PATIENCE: usize = 8;
 
-/// Step of difference quotients of the equations, relative to the motion.
-const DIFFERENCE: f64 = 1e-7;
-
 /// Integration accuracy of residuals in difference quotients.
 const DIFFERENCE_ACCURACY: f64 = 1e-11;
 
 /// Relative residual to which GMRES solves the linear equations.
 const KRYLOV_SHARE: f64 = 1e-2;
 
-/// A step of new linear equations is shortened until the residual decreases by this fraction of the predicted decrease.
-const SUFFICIENT_DECREASE: f64 = 1e-4;
-
-/// Number of times a step is halved before it is given up.
-const MAX_HALVINGS: i32 = 8;
+/// Number of lengths of a Newton step that are tried.
+const STEP_LENGTHS: i32 = 8;
 
 /// The method of the next step.
 enum Method {
@@ -178,10 +170,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         let step = match &self.method {
             Method::Flat => self.problem.flat_step(&self.found)?,
             Method::Linear(linear) => self.problem.linear_step(linear, &self.found),
-            Method::Krylov => match unless_interrupted(self.krylov_step())? {
-                Some(step) => step,
-                None => return Ok(Some(StopReason::Stagnated)),
-            },
+            Method::Krylov => self.krylov_step()?,
         };
         let newton = match self.method {
             Method::Flat => false,
@@ -255,23 +244,15 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         self.accuracy = self.accuracy.finer(Accuracy::of_tolerance(accuracy));
         self.found = self.residual(&self.motion)?;
         let here = self.problem.flat_step(&self.found)?;
-        let size = norm(&self.motion.entries).max(1.0);
-        let mut step = here.clone();
-        Gmres::new(step.len()).try_solve(&mut step, KRYLOV_SHARE, |v, out| {
+        let size = norm(&self.motion.entries);
+        newton_step(&here, size, KRYLOV_SHARE, |share, direction| {
             if self.work.is_done() {
-                out.copy_from_slice(v);
-                return Result::Ok(());
+                return Ok(None);
             }
-            let share = DIFFERENCE * size / norm(v);
             let mut beside = self.motion.clone();
-            beside.add(share, v);
-            let there = self.problem.flat_step(&self.residual(&beside)?)?;
-            for ((out, here), there) in out.iter_mut().zip(&here).zip(there) {
-                *out = (here - there) / share;
-            }
-            Ok(())
-        })?;
-        Ok(step)
+            beside.add(share, direction);
+            self.problem.flat_step(&self.residual(&beside)?).map(Some)
+        })
     }
 
     fn accept(&mut self, motion: Motion, found: Residual) {
@@ -298,22 +279,22 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
 
     /// Takes a Newton step, shortened until the merit function decreases.
     fn descend(&mut self, step: &[f64]) -> Result<Option<StopReason>> {
-        let merit = self.merit(&self.found)?;
-        for halving in 0..MAX_HALVINGS {
+        let found = backtracked(self.merit(&self.found)?, STEP_LENGTHS, |share| {
             if self.work.is_done() {
-                break;
-            }
-            let share = 0.5_f64.powi(halving);
-            let wanted = (1.0 - SUFFICIENT_DECREASE * share) * merit;
-            if let Some((motion, found)) = self.tried(share, step)?
-                && self.merit(&found)? <= wanted
-            {
-                self.accept(motion, found);
-                if halving > 0 {
-                    self.rate = f64::INFINITY;
-                }
                 return Ok(None);
             }
+            let Some((motion, found)) = self.tried(share, step)? else {
+                return Ok(None);
+            };
+            let merit = self.merit(&found)?;
+            Ok(Some(((motion, found), merit)))
+        })?;
+        if let Some(((motion, found), share)) = found {
+            self.accept(motion, found);
+            if share < 1.0 {
+                self.rate = f64::INFINITY;
+            }
+            return Ok(None);
         }
         Ok(Some(StopReason::Stagnated))
     }

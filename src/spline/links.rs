@@ -4,10 +4,12 @@
 use faer::{Mat, MatMut, MatRef};
 
 use super::chain::{JOIN, Joint, joint};
+use super::flat::{matrix, matrix_mut};
 use crate::error::Result;
 use crate::manifold::QuasiGeodesic;
-use crate::manifold::carrier::{Carrier, Direction};
+use crate::manifold::carrier::Carrier;
 use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::solve::tridiagonal::{Direction, Isometries};
 use crate::space::Quotient;
 use crate::threads::{self, scaled};
 
@@ -76,8 +78,34 @@ impl Links {
     }
 
     /// Carries a vector from one end of a link to the other.
-    pub(super) fn carry(&mut self, link: usize, v: MatMut<'_, f64>, way: Direction) {
+    pub(super) fn carry(
+        &mut self,
+        link: usize,
+        v: MatRef<'_, f64>,
+        mut to: MatMut<'_, f64>,
+        way: Direction,
+    ) {
         let Link { curve, carrier, .. } = &mut self.links[link];
-        carrier.carry(curve, v, way);
+        to.copy_from(v);
+        carrier.carry(curve, to, way);
+    }
+}
+
+impl Isometries for Links {
+    fn size(&self) -> usize {
+        let (n, k) = self.first(0).shape();
+        n * k
+    }
+
+    fn carry_into(
+        &mut self,
+        link: usize,
+        way: Direction,
+        from: &[f64],
+        to: &mut [f64],
+    ) -> Result<()> {
+        let shape = self.first(link).shape();
+        self.carry(link, matrix(from, shape), matrix_mut(to, shape), way);
+        Ok(())
     }
 }

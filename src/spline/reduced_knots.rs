@@ -7,6 +7,7 @@ use faer::traits::ComplexField;
 use faer::{Mat, MatRef, Scale};
 
 use super::chain::Space;
+use super::ends::{End, EndCondition, EndConditions, Ends};
 use crate::curve::span::Span;
 use crate::error::Result;
 use crate::linalg::complex_embedding::{embed, nearest};
@@ -72,6 +73,23 @@ impl ReducedKnots {
         })
     }
 
+    /// Built from the checked knots of a spline, closed if it is periodic.
+    ///
+    /// # Errors
+    /// `Decomposition`.
+    pub(super) fn of_spline(
+        kind: Kind,
+        t: &[f64],
+        points: &[MatRef<'_, f64>],
+        ends: &EndConditions,
+    ) -> Result<Self> {
+        let mut knots = ReducedKnots::new(kind, t, points, &ends.vectors())?;
+        if matches!(ends, EndConditions::Periodic) {
+            knots.close()?;
+        }
+        Ok(knots)
+    }
+
     /// For subspaces, the matrix that maps the basis at the first knot to the given one.
     pub(super) fn first_turn(&self) -> Option<MatRef<'_, f64>> {
         self.turns.first().map(|turn| turn.transpose())
@@ -86,7 +104,7 @@ impl ReducedKnots {
     ///
     /// # Errors
     /// `Decomposition`.
-    pub(super) fn close(&mut self) -> Result<()> {
+    fn close(&mut self) -> Result<()> {
         let last = self.points.len() - 1;
         if let Some(turn) = self.turns.last_mut() {
             let holonomy = alignment(self.points[0].as_ref(), self.points[last].as_ref())?;
@@ -103,6 +121,35 @@ impl ReducedKnots {
             low = low * turn;
         }
         tangent_part(self.kind.quotient, self.points[knot].as_ref(), low.as_ref())
+    }
+
+    /// End conditions in the time of the mean leg, their vectors tangent at the reduced points and then converted by
+    /// `entries`.
+    pub(super) fn ends(
+        &self,
+        ends: &EndConditions,
+        entries: impl Fn(usize, &Mat<f64>) -> Vec<f64>,
+    ) -> Ends {
+        let (last, unit) = (self.points.len() - 1, self.unit);
+        let end = |knot: usize, end: &EndCondition| {
+            let vector = self.down(knot, end.vector().as_ref()) * Scale(unit);
+            match end {
+                EndCondition::Velocity(_) => End::Velocity(entries(knot, &vector)),
+                // Multiply one factor at a time: the product of the factors may overflow.
+                EndCondition::Acceleration(_) => {
+                    End::Acceleration(entries(knot, &(vector * Scale(unit))))
+                }
+            }
+        };
+        match ends {
+            EndConditions::Natural => {
+                let (r, k) = self.shape();
+                let zero = Mat::zeros(r, k);
+                Ends::Open([0, last].map(|knot| End::Acceleration(entries(knot, &zero))))
+            }
+            EndConditions::Each(each) => Ends::Open([end(0, &each[0]), end(last, &each[1])]),
+            EndConditions::Periodic => Ends::Periodic,
+        }
     }
 
     /// Converts a point near the manifold to coordinates of the span, orthonormal to round-off.

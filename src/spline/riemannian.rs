@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use faer::{Mat, MatRef, Scale};
+use faer::MatRef;
 
 use super::ambient::Ambient;
 use super::bases::joined;
 use super::chain::{Chain, Space, pieces};
-use super::ends::{End, EndCondition, EndConditions, Ends, check_ends};
+use super::ends::{EndConditions, check_ends};
 use super::framed::{Framed, coordinates, frames};
 use super::iteration::SOLVER;
 use super::options::SplineOptions;
@@ -119,11 +119,7 @@ impl<'e> Problem<'e> {
         ends: &'e EndConditions,
         options: &SplineOptions<'_>,
     ) -> Result<Self> {
-        let vectors = ends.vectors();
-        let mut knots = ReducedKnots::new(options.kind(), t, points, &vectors)?;
-        if matches!(ends, EndConditions::Periodic) {
-            knots.close()?;
-        }
+        let knots = ReducedKnots::of_spline(options.kind(), t, points, ends)?;
         // Multiply one factor at a time: the product of the factors may overflow.
         let tension = options.tension * knots.unit * knots.unit;
         let longest = knots.lengths.iter().fold(0.0_f64, |most, h| most.max(*h));
@@ -151,36 +147,12 @@ impl<'e> Problem<'e> {
         }
     }
 
-    /// End conditions with vectors converted to coordinates, in units of the mean leg.
-    fn ends_with(&self, coordinates: impl Fn(usize, &Mat<f64>) -> Vec<f64>) -> Ends {
-        let (last, unit) = (self.knots.points.len() - 1, self.knots.unit);
-        let end = |knot: usize, end: &EndCondition| {
-            let vector = self.knots.down(knot, end.vector().as_ref());
-            match end {
-                EndCondition::Velocity(_) => {
-                    End::Velocity(coordinates(knot, &(vector * Scale(unit))))
-                }
-                // Multiply one factor at a time: the product of the factors may overflow.
-                EndCondition::Acceleration(_) => {
-                    End::Acceleration(coordinates(knot, &(vector * Scale(unit) * Scale(unit))))
-                }
-            }
-        };
-        match self.ends {
-            EndConditions::Natural => {
-                let (r, k) = self.knots.shape();
-                let zero = Mat::zeros(r, k);
-                Ends::Open([0, last].map(|knot| End::Acceleration(coordinates(knot, &zero))))
-            }
-            EndConditions::Each(each) => Ends::Open([end(0, &each[0]), end(last, &each[1])]),
-            EndConditions::Periodic => Ends::Periodic,
-        }
-    }
-
     fn solve_in_frames(&self, options: &SplineOptions<'_>) -> Result<Solved> {
         let (kind, (_, columns)) = (options.kind(), self.knots.shape());
         let frames = frames(kind, &self.knots.points)?;
-        let ends = self.ends_with(|knot, v| coordinates(kind, frames[knot].as_ref(), v.as_ref()));
+        let ends = self.knots.ends(self.ends, |knot, v| {
+            coordinates(kind, frames[knot].as_ref(), v.as_ref())
+        });
         let lengths = self.knots.lengths.clone();
         let chain = Framed::new(kind, frames.into(), columns, lengths, options.interrupt)?;
         let (chain, space) = (chain.in_tension(self.tension), self.knots.space());
@@ -194,7 +166,7 @@ impl<'e> Problem<'e> {
     }
 
     fn solve_in_ambient(&self, options: &SplineOptions<'_>) -> Result<Solved> {
-        let ends = self.ends_with(|_, v| entries(v));
+        let ends = self.knots.ends(self.ends, |_, v| entries(v));
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
         let chain = Ambient::new(options.kind(), points, lengths, options.interrupt)?;
         let chain = chain.in_tension(self.tension);
@@ -221,6 +193,8 @@ fn finished(
 
 #[cfg(test)]
 mod tests {
+    use faer::Mat;
+
     use super::*;
     use crate::cubic::IntegrationOptions;
     use crate::linalg::complex_embedding::embed;

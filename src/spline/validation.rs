@@ -6,7 +6,7 @@ use super::flat_smoothing::FlatSmoothing;
 use crate::cubic::work::Work;
 use crate::error::{Error, Result};
 use crate::linalg::field::add;
-use crate::manifold::carrier::Direction;
+use crate::solve::tridiagonal::Direction;
 
 /// Number of values of `lambda` per factor of ten in the initial scan.
 const PER_DECADE: f64 = 2.0;

@@ -2,15 +2,17 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::ends::{EndConditions, check_ends};
-use super::flat::{FlatSystem, matrix};
+use super::ends::{EndConditions, Ends, check_ends};
+use super::flat::{matrix, right_sides};
 use super::knots;
 use super::links::Links;
 use super::reduced_knots::ReducedKnots;
+use crate::cubic::packing::entries;
 use crate::error::Result;
+use crate::legs::Knots;
 use crate::linalg::structure::{check_range, norm};
-use crate::manifold::carrier::Direction;
 use crate::manifold::only_bases::advised_knots;
+use crate::solve::tridiagonal::{Direction, Isometries};
 use crate::space::{Kind, Quotient};
 
 /// The method for estimating velocities.
@@ -137,16 +139,19 @@ fn estimated(
     knots::check(t, points)?;
     check_ends(quotient, points, ends)?;
     let kind = Kind::real(quotient);
-    let mut knots = ReducedKnots::new(kind, t, points, &[])?;
-    if matches!(ends, EndConditions::Periodic) {
-        knots.close()?;
-    }
-    let chain = Links::new(&knots.points, quotient);
-    let chain = chain.map_err(|error| advised_knots(error, quotient, points))?;
+    let knots = ReducedKnots::of_spline(kind, t, points, ends)?;
+    let links = Links::new(&knots.points, quotient);
+    let links = links.map_err(|error| advised_knots(error, quotient, points))?;
+    let low_ends = knots.ends(ends, |_, v| entries(v));
+    let slopes = Slopes {
+        chain: Knots::of_points(&knots.lengths, &low_ends),
+        points: &knots.points,
+        links,
+    };
     let mut velocities = match estimate {
-        VelocityEstimate::Natural => natural(&knots, chain, ends),
-        VelocityEstimate::CatmullRom => Slopes::new(&knots, chain, ends).parabolas(),
-        VelocityEstimate::Akima => Slopes::new(&knots, chain, ends).akima(),
+        VelocityEstimate::Natural => slopes.natural()?,
+        VelocityEstimate::CatmullRom => slopes.parabolas(),
+        VelocityEstimate::Akima => slopes.akima(),
     };
     if matches!(ends, EndConditions::Periodic) {
         velocities.push(velocities[0].clone());
@@ -163,76 +168,55 @@ fn estimated(
         .collect()
 }
 
-fn natural(knots: &ReducedKnots, mut chain: Links, ends: &EndConditions) -> Vec<Mat<f64>> {
-    let shape = knots.shape();
-    let flat = FlatSystem::new(&knots.lengths, ends);
-    let mut all = flat.right_side(&chain, shape, ends);
-    flat.solve(&mut chain, shape, &mut all);
-    all.chunks(shape.0 * shape.1)
-        .map(|entries| matrix(entries, shape).to_owned())
-        .collect()
-}
-
 /// The slopes on both sides of every knot.
 struct Slopes<'a> {
-    lengths: &'a [f64],
+    chain: Knots<'a>,
     points: &'a [Mat<f64>],
-    chain: Links,
-    closed: bool,
+    links: Links,
 }
 
-impl<'a> Slopes<'a> {
-    fn new(knots: &'a ReducedKnots, chain: Links, ends: &EndConditions) -> Self {
-        Slopes {
-            lengths: &knots.lengths,
-            points: &knots.points,
-            chain,
-            closed: matches!(ends, EndConditions::Periodic),
-        }
+impl Slopes<'_> {
+    fn is_closed(&self) -> bool {
+        matches!(self.chain.ends, Ends::Periodic)
     }
 
     fn legs(&self) -> usize {
-        self.lengths.len()
+        self.chain.lengths.len()
     }
 
-    /// Number of knots with a separate velocity.
-    fn knots(&self) -> usize {
-        self.legs() + usize::from(!self.closed)
-    }
-
-    /// The leg before a knot and the leg after it.
-    fn legs_at(&self, knot: usize) -> [Option<usize>; 2] {
-        let before = match knot {
-            0 if self.closed => Some(self.legs() - 1),
-            _ => knot.checked_sub(1),
-        };
-        [before, (knot < self.legs()).then_some(knot)]
+    fn natural(mut self) -> Result<Vec<Mat<f64>>> {
+        let mut all = right_sides(&self.links, &self.chain);
+        self.chain.flat_system()?.solve(&mut self.links, &mut all)?;
+        let velocities = all.chunks(self.links.size());
+        Ok(velocities
+            .map(|entries| matrix(entries, self.points[0].shape()).to_owned())
+            .collect())
     }
 
     /// The slope of a leg at its end.
     fn last(&self, leg: usize) -> Mat<f64> {
-        self.chain.last(leg) * Scale(1.0 / self.lengths[leg])
+        self.links.last(leg) * Scale(1.0 / self.chain.lengths[leg])
     }
 
     /// The slope of a leg at its start.
     fn first(&self, leg: usize) -> Mat<f64> {
-        self.chain.first(leg) * Scale(1.0 / self.lengths[leg])
+        self.links.first(leg) * Scale(1.0 / self.chain.lengths[leg])
     }
 
     /// Velocities of parabolas through three points.
-    fn parabolas(&mut self) -> Vec<Mat<f64>> {
-        let inner = |slopes: &Self, knot| match slopes.legs_at(knot) {
+    fn parabolas(mut self) -> Vec<Mat<f64>> {
+        let inner = |slopes: &Self, knot| match slopes.chain.legs_at(knot) {
             [Some(before), Some(after)] => {
-                let (h0, h1) = (slopes.lengths[before], slopes.lengths[after]);
+                let (h0, h1) = (slopes.chain.lengths[before], slopes.chain.lengths[after]);
                 let [m0, m1] = [slopes.last(before), slopes.first(after)];
                 Some(m0 * Scale(h1 / (h0 + h1)) + m1 * Scale(h0 / (h0 + h1)))
             }
             _ => None,
         };
-        let mut velocities: Vec<Mat<f64>> = (0..self.knots())
-            .map(|knot| inner(self, knot).unwrap_or_else(|| Mat::zeros(0, 0)))
+        let mut velocities: Vec<Mat<f64>> = (0..self.chain.count())
+            .map(|knot| inner(&self, knot).unwrap_or_else(|| Mat::zeros(0, 0)))
             .collect();
-        if self.closed {
+        if self.is_closed() {
             return velocities;
         }
         // On a parabola, the slope between two points is the mean of the velocities there.
@@ -249,16 +233,16 @@ impl<'a> Slopes<'a> {
     }
 
     fn carried(&mut self, link: usize, v: &Mat<f64>, way: Direction) -> Mat<f64> {
-        let mut carried = v.clone();
-        self.chain.carry(link, carried.as_mut(), way);
+        let mut carried = Mat::zeros(v.nrows(), v.ncols());
+        self.links.carry(link, v.as_ref(), carried.as_mut(), way);
         carried
     }
 
-    fn akima(&mut self) -> Vec<Mat<f64>> {
-        let (legs, closed) = (self.legs(), self.closed);
+    fn akima(mut self) -> Vec<Mat<f64>> {
+        let (legs, closed) = (self.legs(), self.is_closed());
         if legs == 1 {
             let both = vec![self.first(0), self.last(0)];
-            return both.into_iter().take(self.knots()).collect();
+            return both.into_iter().take(self.chain.count()).collect();
         }
         let weights = self.weights();
         let weight = |knot: usize, step: usize| {
@@ -270,7 +254,7 @@ impl<'a> Slopes<'a> {
                 weights[place]
             }
         };
-        (0..self.knots())
+        (0..self.chain.count())
             .map(|knot| {
                 let [before, after] = self.slopes_at(knot);
                 let [w0, w1] = [weight(knot, 0), weight(knot, 2)];
@@ -284,7 +268,7 @@ impl<'a> Slopes<'a> {
 
     /// The slopes before and after a knot, extrapolated linearly beyond the ends if there are at least two legs.
     fn slopes_at(&mut self, knot: usize) -> [Mat<f64>; 2] {
-        match self.legs_at(knot) {
+        match self.chain.legs_at(knot) {
             [Some(before), Some(after)] => [self.last(before), self.first(after)],
             [None, _] => {
                 let (near, next) = (self.first(0), self.first(1));
@@ -302,13 +286,13 @@ impl<'a> Slopes<'a> {
 
     /// `w_j` at the knots; for an open curve from one knot before the first to one past the last.
     fn weights(&self) -> Vec<f64> {
-        let inner = |knot: usize| match self.legs_at(knot) {
+        let inner = |knot: usize| match self.chain.legs_at(knot) {
             [Some(before), Some(after)] => {
                 self.weight(knot, &self.last(before), &self.first(after))
             }
             _ => 0.0,
         };
-        if self.closed {
+        if self.is_closed() {
             return (0..self.legs()).map(inner).collect();
         }
         let legs = self.legs();

@@ -1,0 +1,36 @@
+//! Backtracking: how much of a step to take.
+//!
+//! # Source
+//! Dennis, Schnabel (1996), "Numerical Methods for Unconstrained Optimization and Nonlinear Equations", sec. 6.3.
+
+use crate::error::Result;
+
+/// The residual must decrease by this fraction of the decrease that the linear model predicts.
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// The first of the shares `1, 1/2, 1/4, ...` of a Newton step, `trials` at most, that reduces the norm of the residual, and
+/// what `trial` returns for it: a state, and the norm there.
+///
+/// ```math
+/// |F(x + \lambda s)| \le (1 - 10^{-4} \lambda) |F(x)|
+/// ```
+///
+/// A trial without a state, because it cannot be evaluated, counts as one that does not reduce the norm.
+///
+/// # Errors
+/// The errors of `trial`.
+pub(crate) fn backtracked<S>(
+    norm: f64,
+    trials: i32,
+    mut trial: impl FnMut(f64) -> Result<Option<(S, f64)>>,
+) -> Result<Option<(S, f64)>> {
+    for halvings in 0..trials {
+        let share = 0.5_f64.powi(halvings);
+        if let Some((state, now)) = trial(share)?
+            && now <= (1.0 - SUFFICIENT_DECREASE * share) * norm
+        {
+            return Ok(Some((state, share)));
+        }
+    }
+    Ok(None)
+}
