@@ -33,7 +33,7 @@ pub(super) struct BoundaryLeg<'d, S> {
     /// The transpose of the frame at the end.
     back: Vec<f64>,
     /// `x'` and `x''` at the start, and `x'''` at the nodes.
-    pub(super) bends: [Vec<f64>; 2],
+    pub(super) derivatives: [Vec<f64>; 2],
     pub(super) f: Vec<Lanes>,
     /// `x, x', x''` at the nodes and at the end.
     pub(super) x: [Vec<Lanes>; 3],
@@ -71,7 +71,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
     pub(super) fn new(
         space: S,
         data: &'d BoundaryData,
-        bends: [Vec<f64>; 2],
+        derivatives: [Vec<f64>; 2],
         nodes: &Arc<LaneNodes>,
     ) -> Self {
         let (d, r, groups) = (space.dim(), space.size(), nodes.groups());
@@ -82,7 +82,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
             nodes: Arc::clone(nodes),
             data,
             back: (0..r * r).map(|i| data.target[i % r * r + i / r]).collect(),
-            bends,
+            derivatives,
             f: lanes(),
             x: std::array::from_fn(|_| lanes()),
             last: std::array::from_fn(|_| zeros(d)),
@@ -131,11 +131,11 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
 
     /// `x, x', x''` at the start.
     pub(super) fn start(&self) -> [&[f64]; 3] {
-        start_of(self.data, &self.bends)
+        start_of(self.data, &self.derivatives)
     }
 
     fn set_motion(&mut self) {
-        let start = start_of(self.data, &self.bends);
+        let start = start_of(self.data, &self.derivatives);
         let [x, x1, x2] = &mut self.x;
         let last = self.last.each_mut().map(Vec::as_mut_slice);
         set_motion(&self.nodes, start, &self.f, [x, x1, x2], last);
@@ -218,7 +218,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
     }
 
     /// The largest entry of `x'` and `x''` at the nodes.
-    pub(super) fn largest_bend(&self) -> f64 {
+    pub(super) fn largest_derivative(&self) -> f64 {
         larger(largest(&self.x[1]), largest(&self.x[2]))
     }
 
@@ -252,7 +252,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
 
     /// The same curve on more nodes.
     pub(super) fn on_nodes(&self, nodes: &Arc<LaneNodes>) -> Self {
-        let mut out = Self::new(self.space, self.data, self.bends.clone(), nodes);
+        let mut out = Self::new(self.space, self.data, self.derivatives.clone(), nodes);
         out.f = self.nodes.values_at(nodes, &self.f, self.space.dim());
         out.frames = self.frames.on_nodes(&self.nodes, nodes);
         out

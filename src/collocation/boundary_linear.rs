@@ -164,15 +164,18 @@ impl<S: Homogeneous> BoundaryLeg<'_, S> {
     /// The unknowns, in the order of steps.
     pub(super) fn unknowns(&self) -> Vec<f64> {
         let f = self.f.iter().flat_map(|f| f.0);
-        self.bends.concat().into_iter().chain(f).collect()
+        self.derivatives.concat().into_iter().chain(f).collect()
     }
 
     /// Sets the unknowns to earlier ones plus a fraction of a step.
     pub(super) fn set_unknowns(&mut self, before: &[f64], step: &[f64], share: f64) {
         let all = before.iter().zip(step).map(|(x, step)| x + share * step);
-        let bends = self.bends.iter_mut().flat_map(|bend| bend.iter_mut());
+        let derivatives = self
+            .derivatives
+            .iter_mut()
+            .flat_map(|derivative| derivative.iter_mut());
         let f = self.f.iter_mut().flat_map(|f| f.0.iter_mut());
-        for (x, now) in bends.chain(f).zip(all) {
+        for (x, now) in derivatives.chain(f).zip(all) {
             *x = now;
         }
     }

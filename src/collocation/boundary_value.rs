@@ -86,7 +86,7 @@ pub(crate) struct Outcome {
 
 /// A solution: `x'` and `x''` at its start, and its polynomials if these are accurate.
 pub(crate) struct Found {
-    pub(crate) bends: [Vec<f64>; 2],
+    pub(crate) derivatives: [Vec<f64>; 2],
     pub(crate) curve: Option<Dense>,
 }
 
@@ -128,11 +128,11 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
     fn new(
         space: S,
         data: &'a BoundaryData,
-        (bends, start): ([Vec<f64>; 2], Start),
+        (derivatives, start): ([Vec<f64>; 2], Start),
         limits: BoundaryLimits<'a>,
     ) -> Option<Self> {
         let few = LaneNodes::at_least(1)?;
-        let mut leg = BoundaryLeg::new(space, data, bends, &few);
+        let mut leg = BoundaryLeg::new(space, data, derivatives, &few);
         leg.smooth();
         let speed = larger(leg.speed(), data.tension.sqrt());
         let first = lane_nodes(COARSE, speed)?;
@@ -165,7 +165,7 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
         }
         let speed = larger(self.leg.speed(), self.leg.tension().sqrt());
         let mut more = lane_nodes(FINE, speed);
-        let inside = |leg: &BoundaryLeg<'_, S>| INSIDE.max(ROUND_OFF * leg.largest_bend());
+        let inside = |leg: &BoundaryLeg<'_, S>| INSIDE.max(ROUND_OFF * leg.largest_derivative());
         let mut found = None;
         while let Some(nodes) = more {
             if nodes.count() > self.leg.nodes.count() {
@@ -176,9 +176,10 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
                 break;
             }
             if self.leg.tail() <= TAIL {
-                let (bends, curve) = (self.leg.bends.clone(), boundary_curve(&self.leg));
+                let (derivatives, curve) =
+                    (self.leg.derivatives.clone(), boundary_curve(&self.leg));
                 let is_last = curve.is_some() || self.leg.nodes.count() >= EXACT;
-                found = Some(Found { bends, curve });
+                found = Some(Found { derivatives, curve });
                 if is_last {
                     break;
                 }

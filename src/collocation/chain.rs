@@ -279,8 +279,8 @@ impl<'c> Iteration<'c> {
             self.set_jumps();
             let jump = self.chain.knots.largest_jump(&self.jumps, self.vector());
             self.size = larger(self.size, jump);
-            let bend = self.links.iter().map(|link| link.leg.largest());
-            let goal = progress.set(self.size, bend.fold(0.0, larger), tolerance);
+            let derivative = self.links.iter().map(|link| link.leg.largest());
+            let goal = progress.set(self.size, derivative.fold(0.0, larger), tolerance);
             if self.size <= goal {
                 return Ok(StopReason::Converged);
             }

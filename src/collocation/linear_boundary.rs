@@ -94,17 +94,17 @@ impl LinearBoundary {
             return Ok(None);
         };
         operator.set_terms(&y, Way::Forward);
-        let mut bends = operator.set_flat();
-        for (p, bends) in bends.iter_mut().enumerate() {
+        let mut derivatives = operator.set_flat();
+        for (p, derivatives) in derivatives.iter_mut().enumerate() {
             let [u0, w0, u1, w1] = ends.map(|end| end[p]);
-            for (bend, [point, velocity]) in bends.iter_mut().zip(FLAT) {
-                *bend += point * (u1 - u0 - w0) + velocity * (w1 - w0);
+            for (derivative, [point, velocity]) in derivatives.iter_mut().zip(FLAT) {
+                *derivative += point * (u1 - u0 - w0) + velocity * (w1 - w0);
             }
         }
         y.truncate(d * count);
         Ok(Some(Variation {
             displacements: y,
-            start: [0, 1].map(|i| bends.iter().map(|bend| bend[i]).collect()),
+            start: [0, 1].map(|i| derivatives.iter().map(|derivative| derivative[i]).collect()),
         }))
     }
 
@@ -122,10 +122,10 @@ impl LinearBoundary {
     ) -> Result<Option<[Vec<f64>; 4]>> {
         let (d, count) = (self.equations.dim(), self.equations.nodes.len());
         let mut operator = Operator::new(&self.equations);
-        let by_bends: Vec<[f64; 2]> = by_a.iter().zip(by_b).map(|(a, b)| [*a, *b]).collect();
+        let by_derivatives: Vec<[f64; 2]> = by_a.iter().zip(by_b).map(|(a, b)| [*a, *b]).collect();
         let mut right = vec![0.0; LEVELS * d * count];
-        if by_bends.iter().flatten().any(|x| *x != 0.0) {
-            operator.set_flat_transposed(&right, &by_bends);
+        if by_derivatives.iter().flatten().any(|x| *x != 0.0) {
+            operator.set_flat_transposed(&right, &by_derivatives);
             operator.set_terms_of_sources();
             right.copy_from_slice(&operator.sources);
         }
@@ -143,8 +143,8 @@ impl LinearBoundary {
             };
             (0..d).map(by_end).collect()
         });
-        for (p, by_bends) in by_bends.iter().enumerate() {
-            let [point, velocity] = by_missing(by_bends);
+        for (p, by_derivatives) in by_derivatives.iter().enumerate() {
+            let [point, velocity] = by_missing(by_derivatives);
             out[0][p] -= point;
             out[1][p] -= point + velocity;
             out[2][p] += point;

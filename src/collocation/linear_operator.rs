@@ -75,8 +75,8 @@ pub(super) const FLAT: [[f64; 2]; 2] = [[6.0, -2.0], [-12.0, 6.0]];
 
 /// The gradient with respect to the missing point and velocity, from the one with respect to the changes of `x'` and
 /// `x''` at the start that supply them.
-pub(super) fn by_missing(by_bends: &[f64; 2]) -> [f64; 2] {
-    [0, 1].map(|part| FLAT[0][part] * by_bends[0] + FLAT[1][part] * by_bends[1])
+pub(super) fn by_missing(by_derivatives: &[f64; 2]) -> [f64; 2] {
+    [0, 1].map(|part| FLAT[0][part] * by_derivatives[0] + FLAT[1][part] * by_derivatives[1])
 }
 
 /// The terms and the integrals from which the operator is built.
@@ -256,7 +256,7 @@ impl<'a> Operator<'a> {
         vectorised(
             #[inline(always)]
             || {
-                for (coordinate, bends) in all.iter_mut().enumerate() {
+                for (coordinate, derivatives) in all.iter_mut().enumerate() {
                     let at = |level: usize| (level * d + coordinate) * count;
                     // From `b` to `p`: integrals of a source and of the integral before.
                     let mut at_end = [0.0; LEVELS];
@@ -270,9 +270,9 @@ impl<'a> Operator<'a> {
                         at_end[level] = dot(row, weights);
                         integrate(&of.by_value, row);
                     }
-                    *bends =
+                    *derivatives =
                         FLAT.map(|[point, velocity]| -point * at_end[0] - velocity * at_end[1]);
-                    let [a, b] = *bends;
+                    let [a, b] = *derivatives;
                     for (i, s) in s.iter().enumerate() {
                         sources[at(0) + i] = rows[0][i] + (0.5 * a + s * b / 6.0) * s * s;
                         sources[at(1) + i] = rows[1][i] + (a + 0.5 * s * b) * s;
@@ -299,12 +299,12 @@ impl<'a> Operator<'a> {
                 for coordinate in 0..d {
                     let at = |level: usize| (level * d + coordinate) * count;
                     let [p, w, a, b] = [0, 1, 2, 3].map(|level| &y[at(level)..][..count]);
-                    let mut by_bends = by_start.get(coordinate).copied().unwrap_or_default();
+                    let mut by_derivatives = by_start.get(coordinate).copied().unwrap_or_default();
                     for (i, s) in s.iter().enumerate() {
-                        by_bends[0] += a[i] + s * (w[i] + 0.5 * s * p[i]);
-                        by_bends[1] += b[i] + s * (a[i] + 0.5 * s * (w[i] + s * p[i] / 3.0));
+                        by_derivatives[0] += a[i] + s * (w[i] + 0.5 * s * p[i]);
+                        by_derivatives[1] += b[i] + s * (a[i] + 0.5 * s * (w[i] + s * p[i] / 3.0));
                     }
-                    let [by_point, by_velocity] = by_missing(&by_bends);
+                    let [by_point, by_velocity] = by_missing(&by_derivatives);
                     let by_end = [-by_point, -by_velocity, 0.0, 0.0];
                     let row = &mut rows[0];
                     row.fill(0.0);

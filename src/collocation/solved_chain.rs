@@ -25,7 +25,7 @@ pub(crate) struct SolvedChain {
 
 impl SolvedChain {
     /// Covariant acceleration and third vector at the start of a leg, in its time.
-    pub(crate) fn bends(&self, leg: usize) -> [Mat<f64>; 2] {
+    pub(crate) fn derivatives(&self, leg: usize) -> [Mat<f64>; 2] {
         let (this, k) = (&self.legs[leg], self.legs[leg].equation.k);
         let n = self.pairs[leg].nrows();
         let lifted = |which: usize| {

@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use super::guess::FlatData;
 use super::initial::{Horizontal, complete_relative};
-use super::leg_path::leg_path;
+use super::leg_taylor::leg_taylor;
 use super::packing::pack;
 use super::problem::Problem;
 use super::solution::Solution;
@@ -58,20 +58,20 @@ impl Solver<'_> {
         };
         let data = boundary_data(problem);
         let (a, b) = start.split_at(start.len() / 2);
-        let bends = [a, b].map(<[f64]>::to_vec);
-        let outcome = solve_between_ends(problem.shape(), &data, (bends, kind), limits)?;
+        let derivatives = [a, b].map(<[f64]>::to_vec);
+        let outcome = solve_between_ends(problem.shape(), &data, (derivatives, kind), limits)?;
         self.map.count(work.get());
         if outcome.steps > 0 || outcome.found.is_some() {
             self.account_start(outcome.steps);
         }
-        let Some(Found { bends, curve }) = outcome.found else {
+        let Some(Found { derivatives, curve }) = outcome.found else {
             return Ok(None);
         };
-        let start = bends.concat();
+        let start = derivatives.concat();
         if let Some(curve) = curve {
             let (blocks, tension) = (problem.blocks(), problem.target.tension);
-            let path = leg_path(&curve, 0, Some(&problem.g), blocks, problem.k, tension);
-            if let Some(found) = self.accepted(&start, path) {
+            let taylor = leg_taylor(&curve, 0, Some(&problem.g), blocks, problem.k, tension);
+            if let Some(found) = self.accepted(&start, taylor) {
                 return Ok(Some(found));
             }
         }

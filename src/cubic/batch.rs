@@ -169,9 +169,9 @@ fn alone(
 ) -> Result<BoundarySolution> {
     let (solution, report) = from_boundary::solve(problem, s0, options)?;
     let start = solution.start.clone();
-    let path = solution.into_path(problem, options.interrupt)?;
+    let taylor = solution.into_taylor(problem, options.interrupt)?;
     let (r, k) = problem.end[0].shape();
-    let cost = RiemannianCubic::of_path(r, k, None, path, None).cost()?;
+    let cost = RiemannianCubic::of_taylor(r, k, None, taylor, None).cost()?;
     let residual = report.solver.residual;
     Ok(transformed(
         problem,

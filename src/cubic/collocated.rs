@@ -10,7 +10,7 @@ use super::blocks::Sized;
 use super::initial::Horizontal;
 use super::linear_flow::{LinearFlow, side_by_side};
 use super::packing::{pack, pack_blocks, pack_gradient, unpack};
-use super::path::{Path, square};
+use super::piecewise_taylor::{PiecewiseTaylor, square};
 use super::state::State;
 use super::taylor::Accuracy;
 use crate::collocation::{LinearBoundary, are_resolved, linear_nodes, more_nodes};
@@ -55,14 +55,14 @@ pub(super) struct Varied {
 }
 
 impl Collocated {
-    /// Built along the given path, whose frame at the start is that of the data of the flow, or along the integrated one;
+    /// Built along the given polynomials, whose frame at the start is that of the data of the flow, or along integrated ones;
     /// `None` for curves that are too fast, whose points cannot move, or whose ends may be conjugate.
     ///
     /// # Errors
     /// `TooManySteps`, `Overflow`, `Interrupted`.
     pub(super) fn new(
         flow: &LinearFlow,
-        path: Option<&Path>,
+        taylor: Option<&PiecewiseTaylor>,
         interrupt: Interrupt<'_>,
     ) -> Result<Option<Self>> {
         let blocks = flow.blocks();
@@ -70,18 +70,18 @@ impl Collocated {
             return Ok(None);
         }
         let integrated;
-        let path = match path {
-            Some(path) => path,
+        let taylor = match taylor {
+            Some(taylor) => taylor,
             None => {
                 integrated = integrate(flow, interrupt)?;
                 &integrated
             }
         };
-        let Some((nodes, x, frames)) = resolved(path) else {
+        let Some((nodes, x, frames)) = resolved(taylor) else {
             return Ok(None);
         };
-        let back = frame(&path.first);
-        let size = path.r() * blocks.k;
+        let back = frame(&taylor.first);
+        let size = taylor.r() * blocks.k;
         let coordinates = x.each_ref().map(|x| {
             let mut all = vec![0.0; nodes.len() * blocks.dim()];
             let vectors = x.chunks_exact(size);
@@ -110,7 +110,7 @@ impl Collocated {
         Ok(Some(Collocated {
             through: Barycentric::new(&nodes),
             frames,
-            end: &flow.frame * (back.transpose() * frame(&path.last)),
+            end: &flow.frame * (back.transpose() * frame(&taylor.last)),
             inside,
             rows,
         }))
@@ -216,14 +216,14 @@ impl Collocated {
                 *to = x;
             }
         }
-        let by_bends = [0, 1].map(|i| match by_start {
+        let by_derivatives = [0, 1].map(|i| match by_start {
             Some(by_start) => {
                 let vector = Horizontal::of_tangent(flow.frame.as_ref(), by_start[i].as_ref());
                 pack(blocks, &[vector])
             }
             None => vec![0.0; blocks.dim()],
         });
-        let views = by_bends.each_ref().map(Vec::as_slice);
+        let views = by_derivatives.each_ref().map(Vec::as_slice);
         let found = self.inside.pull_back(&by_displacements, views, interrupt)?;
         let Some(mut by_ends) = found else {
             return Ok(None);
@@ -334,13 +334,13 @@ impl RowResponse {
 ///
 /// # Errors
 /// `TooManySteps`, `Overflow`, `Interrupted`.
-fn integrate(flow: &LinearFlow, interrupt: Interrupt<'_>) -> Result<Path> {
+fn integrate(flow: &LinearFlow, interrupt: Interrupt<'_>) -> Result<PiecewiseTaylor> {
     let data = &flow.data;
     let vectors = [&data.velocity, &data.acceleration, &data.second()];
     let start = State::in_blocks(flow.blocks(), &data.g, vectors);
-    let mut path = Path::at(start.in_tension(data.tension), Accuracy::FULL);
-    path.extend_to(1.0, interrupt)?;
-    Ok(path)
+    let mut taylor = PiecewiseTaylor::at(start.in_tension(data.tension), Accuracy::FULL);
+    taylor.extend_to(1.0, interrupt)?;
+    Ok(taylor)
 }
 
 /// A curve at nodes: blocks of `x, x', x''`, one node after another, and frames.
@@ -348,22 +348,22 @@ type AtNodes = (Arc<Nodes>, [Vec<f64>; 3], Vec<Mat<f64>>);
 
 /// The curve at as many nodes as its variations need; `None` for a fast curve. Tension `tau` lets variations grow as
 /// `exp(sqrt(tau) t)`.
-fn resolved(path: &Path) -> Option<AtNodes> {
-    let growth = path.tension().sqrt();
+fn resolved(taylor: &PiecewiseTaylor) -> Option<AtNodes> {
+    let growth = taylor.tension().sqrt();
     let mut nodes = linear_nodes(growth)?;
     loop {
-        let x = vectors_at(path, &nodes.s);
-        let size = path.r() * path.blocks.k;
+        let x = vectors_at(taylor, &nodes.s);
+        let size = taylor.r() * taylor.blocks.k;
         let squares = x[0]
             .chunks_exact(size)
-            .map(|x| square(x, path.blocks.k.pow(2)));
+            .map(|x| square(x, taylor.blocks.k.pow(2)));
         let speed = squares.fold(0.0, larger).sqrt();
         let needed = linear_nodes(larger(speed, growth))?;
         if needed.len() > nodes.len() {
             nodes = needed;
             continue;
         }
-        let frames = frames(path, &nodes, &x[0]);
+        let frames = frames(taylor, &nodes, &x[0]);
         let columns = frames.iter().flat_map(|frame| frame.col_iter());
         let squares = columns.flat_map(|column| column.iter().map(|x| x * x));
         if are_resolved(&nodes, &squares.collect::<Vec<f64>>()) {
@@ -373,30 +373,30 @@ fn resolved(path: &Path) -> Option<AtNodes> {
     }
 }
 
-fn vectors_at(path: &Path, times: &[f64]) -> [Vec<f64>; 3] {
-    let size = path.r() * path.blocks.k;
+fn vectors_at(taylor: &PiecewiseTaylor, times: &[f64]) -> [Vec<f64>; 3] {
+    let size = taylor.r() * taylor.blocks.k;
     let mut x = [(); 3].map(|()| vec![0.0; size * times.len()]);
     let [values, first, second] = &mut x;
     let parts = values
         .chunks_exact_mut(size)
         .zip(first.chunks_exact_mut(size));
     for ((t, (x, x1)), x2) in times.iter().zip(parts).zip(second.chunks_exact_mut(size)) {
-        path.vectors_into(*t, &mut [x, x1, &mut *x2]);
+        taylor.vectors_into(*t, &mut [x, x1, &mut *x2]);
         x2.iter_mut().for_each(|x| *x *= 2.0);
     }
     x
 }
 
 /// Frames at the nodes relative to the one at the start: the points, and normals with `N' = -S b^T`.
-fn frames(path: &Path, nodes: &Nodes, x: &[f64]) -> Vec<Mat<f64>> {
-    let Sized { m, k, .. } = path.blocks;
-    let start = frame(&path.first);
-    let (r, rows, size) = (path.r(), path.rows(), path.r() * m);
+fn frames(taylor: &PiecewiseTaylor, nodes: &Nodes, x: &[f64]) -> Vec<Mat<f64>> {
+    let Sized { m, k, .. } = taylor.blocks;
+    let start = frame(&taylor.first);
+    let (r, rows, size) = (taylor.r(), taylor.rows(), taylor.r() * m);
     let mut points: Vec<Mat<f64>> = Vec::with_capacity(nodes.len());
     let mut rates = Vec::with_capacity(nodes.len() * size);
     let mut padded = vec![0.0; rows * k];
     for (t, x) in nodes.s.iter().zip(x.chunks_exact(r * k)) {
-        path.point_into(*t, &mut padded);
+        taylor.point_into(*t, &mut padded);
         let point = MatRef::from_column_major_slice(&padded, rows, k).subrows(0, r);
         let point = start.transpose() * point;
         let b = MatRef::from_column_major_slice(&x[k * k..], m, k);

@@ -64,12 +64,12 @@ impl RiemannianCubic {
         options.check()?;
         let problem = Problem::new(data, options)?;
         let (solution, report) = solve(&problem, data[0], options)?;
-        let path = solution.into_path(&problem, options.interrupt)?;
-        Ok(Self::of_path(
+        let taylor = solution.into_taylor(&problem, options.interrupt)?;
+        Ok(Self::of_taylor(
             problem.n,
             problem.k,
             problem.frame.map(Arc::new),
-            path,
+            taylor,
             Some(report),
         ))
     }

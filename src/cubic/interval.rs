@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::path::Path;
+use super::piecewise_taylor::PiecewiseTaylor;
 use super::riemannian_cubic::{RiemannianCubic, extend};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -30,7 +30,7 @@ impl RiemannianCubic {
     pub fn reparametrised(&self, start: f64, end: f64) -> Result<Self> {
         check_interval(start, end)?;
         Ok(RiemannianCubic {
-            clock: self.clock.reparametrised(self.span, (start, end))?,
+            time_map: self.time_map.reparametrised(self.span, (start, end))?,
             span: (start, end),
             ..self.clone()
         })
@@ -39,23 +39,23 @@ impl RiemannianCubic {
     /// The curve traversed backwards over the same interval.
     pub fn reversed(&self) -> Self {
         RiemannianCubic {
-            clock: self.clock.reversed(self.span),
+            time_map: self.time_map.reversed(self.span),
             ..self.clone()
         }
     }
 
     /// The curve extended to reach two times; `None` if it reaches them already.
     fn continued(&self, lower: f64, upper: f64, interrupt: Interrupt<'_>) -> Result<Option<Self>> {
-        let moments = [lower, upper].map(|t| self.clock.path_time(t));
-        if moments.iter().all(|t| self.path.covers(*t)) {
+        let moments = [lower, upper].map(|t| self.time_map.taylor_time(t));
+        if moments.iter().all(|t| self.taylor.covers(*t)) {
             return Ok(None);
         }
-        let mut path = Path::clone(&self.path);
+        let mut taylor = PiecewiseTaylor::clone(&self.taylor);
         for t in moments {
-            extend(&mut path, self.clock, t, interrupt)?;
+            extend(&mut taylor, self.time_map, t, interrupt)?;
         }
         Ok(Some(RiemannianCubic {
-            path: Arc::new(path.into()),
+            taylor: Arc::new(taylor.into()),
             ..self.clone()
         }))
     }

@@ -35,20 +35,20 @@ pub(crate) struct LinearCubic {
 }
 
 impl LinearCubic {
-    /// Built for a curve on `[0, 1]`. Its path is used if it has the same time and no larger frame than the data at the start
+    /// Built for a curve on `[0, 1]`. Its polynomials are used if they have the same time and no larger frame than the data at the start
     /// span; otherwise the curve is integrated from there.
     ///
     /// # Errors
     /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
     pub(crate) fn new(curve: &RiemannianCubic, interrupt: Interrupt<'_>) -> Result<Self> {
         let known = spanning(curve).filter(|start| {
-            let end = curve.state_of_path(1.0).map(|end| end.time);
+            let end = curve.state_of_taylor(1.0).map(|end| end.time);
             start.time == 0.0 && end == Some(1.0)
         });
-        let (flow, path) = match known {
+        let (flow, taylor) = match known {
             Some(start) => {
                 let basis = curve.frame().map(|basis| basis.to_owned());
-                (LinearFlow::of_path(start, basis), Some(&**curve.path))
+                (LinearFlow::of_taylor(start, basis), Some(&**curve.taylor))
             }
             None => {
                 let state = curve.state(0.0)?;
@@ -60,7 +60,7 @@ impl LinearCubic {
         let cubic = LinearCubic {
             collocated: match flow.frame.shape() == BY_SERIES {
                 true => None,
-                false => Collocated::new(&flow, path, interrupt)?,
+                false => Collocated::new(&flow, taylor, interrupt)?,
             },
             series: OnceLock::new(),
             flow,
@@ -162,19 +162,19 @@ impl LinearCubic {
                 Some(self.flow.gradient(&eta))
             }
         };
-        let by_bends = by_start.as_ref().map(|[.., a, b]| [a, b]);
+        let by_derivatives = by_start.as_ref().map(|[.., a, b]| [a, b]);
         let found = match self.collocated() {
             Some(collocated) => {
                 let (times, cotangents): (Vec<f64>, Vec<MatRef<'_, f64>>) =
                     on.iter().copied().unzip();
                 let loads = (times.as_slice(), cotangents.as_slice());
-                collocated.pull_back(&self.flow, loads, by_bends, interrupt)?
+                collocated.pull_back(&self.flow, loads, by_derivatives, interrupt)?
             }
             None => None,
         };
         let mut out = match found {
             Some(found) => found,
-            None => pulled_back(self.series(interrupt)?, &on, by_bends),
+            None => pulled_back(self.series(interrupt)?, &on, by_derivatives),
         };
         if let Some([by_p, by_w, ..]) = by_start {
             out[0] += by_p;
@@ -207,12 +207,12 @@ fn start_of(piece: &LinearPiece, z: &[Mat<f64>; 4]) -> [Mat<f64>; 2] {
 fn pulled_back(
     piece: &LinearPiece,
     loads: &[Load<'_>],
-    by_bends: Option<[&Mat<f64>; 2]>,
+    by_derivatives: Option<[&Mat<f64>; 2]>,
 ) -> [Mat<f64>; 4] {
     let mut found = piece.pull_back(loads.iter().copied());
-    if let Some(by_bends) = by_bends {
-        let by_bends = by_bends.map(|x| entries(x.as_ref()));
-        let more = piece.pull_back_start(by_bends.each_ref().map(Vec::as_slice));
+    if let Some(by_derivatives) = by_derivatives {
+        let by_derivatives = by_derivatives.map(|x| entries(x.as_ref()));
+        let more = piece.pull_back_start(by_derivatives.each_ref().map(Vec::as_slice));
         for (sum, x) in found.iter_mut().zip(&more) {
             add(sum, 1.0, x);
         }
@@ -311,9 +311,9 @@ mod tests {
         }
     }
 
-    /// Polynomial paths of boundary value problems, in the coordinates of a basis and without one.
+    /// Polynomial solutions of boundary value problems, in the coordinates of a basis and without one.
     #[test]
-    fn paths_of_solutions_are_used() {
+    fn polynomials_of_solutions_are_used() {
         for shape in [[4, 1], [4, 2], [12, 2], [5, 4], [4, 4], [20, 3]] {
             let flow = flow(shape, 0.0, 1.0, Quotient::Frames);
             let s0 = flow.frame.subcols(0, shape[1]).to_owned();
@@ -336,11 +336,11 @@ mod tests {
             let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options).unwrap();
             let cubic = LinearCubic::new(&curve, Interrupt::NEVER).unwrap();
             assert_eq!(cubic.flow.frame.nrows(), shape[0]);
-            let start = curve.path.ends()[0];
+            let start = curve.taylor.ends()[0];
             assert_eq!(
                 cubic.flow.data.g[(0, 0)],
                 start.s()[0],
-                "its path is not used"
+                "its taylor is not used"
             );
             check_cubic(&cubic, &format!("{shape:?}"));
         }

@@ -80,8 +80,8 @@ impl LinearFlow {
         LinearFlow { data, frame }
     }
 
-    /// Built from the start of a path in the coordinates of a basis.
-    pub(super) fn of_path(start: &State, basis: Option<Mat<f64>>) -> Self {
+    /// Built from the start of a curve in the coordinates of a basis.
+    pub(super) fn of_taylor(start: &State, basis: Option<Mat<f64>>) -> Self {
         let Sized { m, k, quotient, .. } = start.blocks;
         let r = m + k;
         let horizontal = |order: usize| Horizontal {

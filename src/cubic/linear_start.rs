@@ -24,10 +24,10 @@ pub(crate) struct Start {
     pub(super) n: usize,
 }
 
-/// The state of a curve's path at time 0, if its path begins there and its frame is no larger than the span of a point and
+/// The state of a curve at time 0, if its polynomials begin there and its frame is no larger than the span of a point and
 /// three vectors, with vectors in it.
 pub(super) fn spanning(curve: &RiemannianCubic) -> Option<&State> {
-    curve.state_of_path(0.0).filter(|state| {
+    curve.state_of_taylor(0.0).filter(|state| {
         let Sized { m, k, .. } = state.blocks;
         m <= 3 * k && (m > 0 || m + k == curve.n())
     })
@@ -53,7 +53,7 @@ impl Start {
     /// The start of a curve on `[0, 1]`.
     ///
     /// # Errors
-    /// The errors of evaluating the curve, if its path does not begin there or has too large a span.
+    /// The errors of evaluating the curve, if its polynomials do not begin there or have too large a span.
     pub(crate) fn of_curve(curve: &RiemannianCubic) -> Result<Self> {
         let found = spanning(curve);
         let Some(state) = found else {
@@ -79,7 +79,7 @@ impl Start {
             let mut out = vec![0.0; blocks.dim()];
             pack_blocks(blocks, x, &mut out);
             for x in &mut out {
-                *x = curve.clock.derivative(*x, order);
+                *x = curve.time_map.derivative(*x, order);
             }
             out
         });

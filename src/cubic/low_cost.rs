@@ -285,7 +285,7 @@ impl Solver<'_> {
         };
         let LeastCost {
             report,
-            bends,
+            derivatives,
             cost,
             knots,
             response,
@@ -295,8 +295,8 @@ impl Solver<'_> {
         self.map.count(work.get());
         self.account(report);
         let is_left = report.reason == StopReason::Stagnated && below.is_finite();
-        let bends = bends.iter().take(2 * d).enumerate();
-        let y: Vec<f64> = bends
+        let derivatives = derivatives.iter().take(2 * d).enumerate();
+        let y: Vec<f64> = derivatives
             .map(|(i, x)| match i < d {
                 true => rate.powi(2) * x,
                 false => rate.powi(3) * x,

@@ -17,22 +17,23 @@ pub(crate) struct Polynomial<'a> {
 }
 
 impl RiemannianCubic {
-    /// The polynomials, in the order of the path.
+    /// The polynomials, in the order of the pieces.
     pub(crate) fn polynomials(&self) -> impl Iterator<Item = Polynomial<'_>> {
-        let (path, clock) = (&**self.path, self.clock);
-        let terms = path.accuracy.order + 1;
-        let (rows, vector) = (path.rows(), path.r() * path.blocks.k);
-        let points = path.points.chunks_exact(terms * rows * path.blocks.k);
-        let vectors = path.vectors.chunks_exact(terms * vector);
-        let parts = path.pieces.iter().zip(points).zip(vectors);
+        let (taylor, time_map) = (&**self.taylor, self.time_map);
+        let terms = taylor.accuracy.order + 1;
+        let (rows, vector) = (taylor.rows(), taylor.r() * taylor.blocks.k);
+        let points = taylor.points.chunks_exact(terms * rows * taylor.blocks.k);
+        let vectors = taylor.vectors.chunks_exact(terms * vector);
+        let parts = taylor.pieces.iter().zip(points).zip(vectors);
         parts.map(move |((piece, points), vectors)| {
-            let time = |path_time: f64| clock.curve + (path_time - clock.path) / clock.rate;
+            let time =
+                |taylor_time: f64| time_map.curve + (taylor_time - time_map.taylor) / time_map.rate;
             let [a, b] = [piece.lower, piece.upper].map(time);
             Polynomial {
                 lower: a.min(b),
                 upper: a.max(b),
                 center: time(piece.center),
-                rate: clock.rate,
+                rate: time_map.rate,
                 points,
                 rows,
                 vectors,

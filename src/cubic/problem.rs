@@ -10,7 +10,7 @@ use super::end_map::EndMap;
 use super::guess::FlatData;
 use super::initial::{Horizontal, complete_over};
 use super::packing::{entries, pack, unpack};
-use super::path::Path;
+use super::piecewise_taylor::PiecewiseTaylor;
 use super::relative_ends::RelativeEnds;
 use super::shooting::Shooting;
 use super::state::State;
@@ -192,25 +192,25 @@ impl Problem {
     ///
     /// # Errors
     /// `TooManySteps`, `Overflow`, `Interrupted`.
-    pub(super) fn path(&self, y: &[f64], interrupt: Interrupt<'_>) -> Result<Path> {
+    pub(super) fn taylor(&self, y: &[f64], interrupt: Interrupt<'_>) -> Result<PiecewiseTaylor> {
         let [a, second] = unpack(y, self.blocks());
         let state = State::new(&self.g, [&self.velocity, &a, &second]);
-        let mut path = Path::at(state.in_tension(self.target.tension), Accuracy::FULL);
-        path.extend_to(1.0, interrupt)?;
-        Ok(path)
+        let mut taylor = PiecewiseTaylor::at(state.in_tension(self.target.tension), Accuracy::FULL);
+        taylor.extend_to(1.0, interrupt)?;
+        Ok(taylor)
     }
 }
 
 impl Problem {
-    /// The larger distance of an end of a path, as it is evaluated, from the given one: point, and velocity in its unit. NaN
+    /// The larger distance of an end of a curve, as it is evaluated, from the given one: point, and velocity in its unit. NaN
     /// is propagated.
-    pub(super) fn distance(&self, path: &Path) -> f64 {
-        let (rows, r, k) = (path.rows(), self.g.nrows(), self.k);
+    pub(super) fn distance(&self, taylor: &PiecewiseTaylor) -> f64 {
+        let (rows, r, k) = (taylor.rows(), self.g.nrows(), self.k);
         let start = self.initial();
         let ends = [(0.0, &start), (1.0, &self.end)];
         let [mut point, mut velocity] = [(); 2].map(|()| vec![0.0; rows * k]);
         let distances = ends.map(|(t, given)| {
-            path.points_into(t, &mut [&mut point, &mut velocity]);
+            taylor.points_into(t, &mut [&mut point, &mut velocity]);
             let [s, v] = given.each_ref().map(|x| &self.g * x);
             let [found, rate] = [&point, &velocity]
                 .map(|x| MatRef::from_column_major_slice(x, rows, k).subrows(0, r));

@@ -7,15 +7,15 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::blocks::Sized;
 use super::boundary::BoundaryReport;
-use super::clock::Clock;
-use super::enclosure;
+use super::derivative_bounds::enclosed;
 use super::initial::Coordinates;
 use super::integration_options::IntegrationOptions;
-use super::lazy_path::LazyPath;
-use super::path::Path;
+use super::lazy_taylor::LazyTaylor;
+use super::piecewise_taylor::PiecewiseTaylor;
 use super::state::State;
 use super::taylor::Accuracy;
 use super::tension::check_tension;
+use super::time_map::TimeMap;
 use crate::curve::curve::{sample_blocks, sample_coordinate_blocks};
 use crate::curve::sampling::check_parameter;
 use crate::curve::{Curve, DerivativeBounds, Quantity, Samples};
@@ -63,8 +63,8 @@ pub struct RiemannianCubic {
     pub(super) n: usize,
     pub(super) k: usize,
     pub(super) frame: Option<Arc<Mat<f64>>>,
-    pub(super) path: Arc<LazyPath>,
-    pub(super) clock: Clock,
+    pub(super) taylor: Arc<LazyTaylor>,
+    pub(super) time_map: TimeMap,
     pub(super) span: (f64, f64),
     pub(super) report: Option<SolverReport>,
     pub(super) boundary_report: Option<BoundaryReport>,
@@ -98,42 +98,44 @@ impl RiemannianCubic {
             Coordinates::in_natural_time([s, v, a, j], options.tension, options.quotient)?;
         check_size(data.blocks)?;
         let accuracy = Accuracy::of_tolerance(options.tolerance);
-        let clock = Clock::new(rate);
+        let time_map = TimeMap::new(rate);
         let state = State::of_coordinates(data.blocks, data.entries);
-        let mut path = Path::at(state.in_tension(options.tension / rate / rate), accuracy);
+        let mut taylor =
+            PiecewiseTaylor::at(state.in_tension(options.tension / rate / rate), accuracy);
         // Never of length zero, however short, so that there is at least one piece.
         let smallest = f64::MIN_POSITIVE.copysign(options.t_end);
-        let end = match clock.path_time(options.t_end) {
+        let end = match time_map.taylor_time(options.t_end) {
             end if end.abs() < f64::MIN_POSITIVE => smallest,
             end => end,
         };
-        extend(&mut path, clock, end, options.interrupt)?;
-        let mut curve = Self::of_path(s.nrows(), s.ncols(), data.frame.map(Arc::new), path, None);
-        curve.clock = clock;
+        extend(&mut taylor, time_map, end, options.interrupt)?;
+        let mut curve =
+            Self::of_taylor(s.nrows(), s.ncols(), data.frame.map(Arc::new), taylor, None);
+        curve.time_map = time_map;
         curve.span = (options.t_end.min(0.0), options.t_end.max(0.0));
         Ok(curve)
     }
 
-    /// A path in the coordinates of a frame, in the time of the curve, with the report of the solver that found it.
-    pub(crate) fn of_path(
+    /// Taylor polynomials in the coordinates of a frame, in the time of the curve, with the report of the solver that found it.
+    pub(crate) fn of_taylor(
         n: usize,
         k: usize,
         frame: Option<Arc<Mat<f64>>>,
-        path: Path,
+        taylor: PiecewiseTaylor,
         report: Option<BoundaryReport>,
     ) -> Self {
-        let span = path.covered();
+        let span = taylor.covered();
         RiemannianCubic {
             report: report.map(|report| report.solver),
             boundary_report: report,
-            ..Self::of_leg(n, k, frame, path.into(), span)
+            ..Self::of_leg(n, k, frame, taylor.into(), span)
         }
     }
 
     /// For a curve on a sphere, the curve of the lines spanned by its vectors: the same vectors, since they do not rotate.
     pub(crate) fn of_lines(&self) -> Self {
         RiemannianCubic {
-            path: Arc::new(self.path.of_lines().into()),
+            taylor: Arc::new(self.taylor.of_lines().into()),
             ..self.clone()
         }
     }
@@ -148,20 +150,20 @@ impl RiemannianCubic {
 
     /// The curve of subspaces with bases `Y Q` for an orthogonal `Q`, shape `(k, k)`.
     pub(crate) fn in_terms_of(&self, q: MatRef<'_, f64>) -> Self {
-        let (path, q) = (Arc::clone(&self.path), q.to_owned());
-        let turned = LazyPath::of(move || path.in_terms_of(q.as_ref()));
+        let (taylor, q) = (Arc::clone(&self.taylor), q.to_owned());
+        let turned = LazyTaylor::of(move || taylor.in_terms_of(q.as_ref()));
         RiemannianCubic {
-            path: Arc::new(turned),
+            taylor: Arc::new(turned),
             ..self.clone()
         }
     }
 
-    /// As `of_path`, for a path that may not have been computed yet, over an interval.
+    /// As `of_taylor`, for polynomials that may not have been computed yet, over an interval.
     pub(crate) fn of_leg(
         n: usize,
         k: usize,
         frame: Option<Arc<Mat<f64>>>,
-        path: LazyPath,
+        taylor: LazyTaylor,
         span: (f64, f64),
     ) -> Self {
         RiemannianCubic {
@@ -169,8 +171,8 @@ impl RiemannianCubic {
             k,
             frame,
             span,
-            path: Arc::new(path),
-            clock: Clock::new(1.0),
+            taylor: Arc::new(taylor),
+            time_map: TimeMap::new(1.0),
             report: None,
             boundary_report: None,
         }
@@ -188,36 +190,36 @@ impl RiemannianCubic {
 
     /// Truncation error per integration step, relative to the state.
     pub fn tolerance(&self) -> f64 {
-        self.path.accuracy().truncation
+        self.taylor.accuracy().truncation
     }
 
     /// `tau` of a cubic in tension, 0 of a cubic: the curve makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary.
     pub fn tension(&self) -> f64 {
-        self.clock.derivative(self.path.tension(), 2)
+        self.time_map.derivative(self.taylor.tension(), 2)
     }
 
     /// Number of polynomials of the curve: the steps of its integration, or 1 for a solution of a boundary value problem or
     /// a piece of a spline that was found by series or collocation.
     pub fn steps(&self) -> usize {
-        self.path.len()
+        self.taylor.len()
     }
 }
 
-/// As [`Path::extend_to`]; errors report the remaining time in the time of the curve.
+/// As [`PiecewiseTaylor::extend_to`]; errors report the remaining time in the time of the curve.
 pub(super) fn extend(
-    path: &mut Path,
-    clock: Clock,
+    taylor: &mut PiecewiseTaylor,
+    time_map: TimeMap,
     t: f64,
     interrupt: Interrupt<'_>,
 ) -> Result<()> {
-    path.extend_to(t, interrupt).map_err(|error| match error {
+    taylor.extend_to(t, interrupt).map_err(|error| match error {
         Error::TooManySteps {
             solver,
             limit,
             forecast,
             mut report,
         } => {
-            report.residual = clock.curve_length(report.residual);
+            report.residual = time_map.curve_length(report.residual);
             Error::TooManySteps {
                 solver,
                 limit,
@@ -271,7 +273,7 @@ impl Curve for RiemannianCubic {
     }
 
     fn quotient(&self) -> Quotient {
-        self.path.quotient()
+        self.taylor.quotient()
     }
 
     fn t_span(&self) -> (f64, f64) {
@@ -286,11 +288,11 @@ impl Curve for RiemannianCubic {
         &self,
         interrupt: Interrupt<'_>,
     ) -> Result<DerivativeBounds> {
-        enclosure::enclosed(&self.path, self.clock, self.span, interrupt)
+        enclosed(&self.taylor, self.time_map, self.span, interrupt)
     }
 
     fn workspace(&self) -> Workspace {
-        let size = self.path.rows() * self.k;
+        let size = self.taylor.rows() * self.k;
         Workspace {
             beyond: None,
             coefficients: std::array::from_fn(|_| vec![0.0; size]),
@@ -309,17 +311,17 @@ impl Curve for RiemannianCubic {
             beyond,
             coefficients,
         } = work;
-        let moment = self.clock.path_time(t);
-        let path = reaching(self, moment, beyond)?;
+        let moment = self.time_map.taylor_time(t);
+        let taylor = reaching(self, moment, beyond)?;
         let mut targets: [&mut [f64]; ORDER + 1] =
             coefficients.each_mut().map(|c| c.as_mut_slice());
         vectorised(
             #[inline(always)]
-            || path.points_into(moment, &mut targets[..=order]),
+            || taylor.points_into(moment, &mut targets[..=order]),
         );
         for (j, (target, source)) in out.c.iter_mut().zip(&mut targets[..=order]).enumerate() {
             for entry in source.iter_mut() {
-                *entry = self.clock.derivative(*entry, j);
+                *entry = self.time_map.derivative(*entry, j);
             }
             let (r, k) = target.shape();
             let rows = source.len() / k;
@@ -340,13 +342,13 @@ impl Curve for RiemannianCubic {
             beyond,
             coefficients: [point, ..],
         } = work;
-        let (r, rows, k) = (self.path.r(), self.path.rows(), self.k);
+        let (r, rows, k) = (self.taylor.r(), self.taylor.rows(), self.k);
         vectorised(
             #[inline(always)]
             || {
                 for (i, &t) in t.iter().enumerate() {
                     check_parameter(t)?;
-                    let t = self.clock.path_time(t);
+                    let t = self.time_map.taylor_time(t);
                     reaching(self, t, beyond)?.point_into(t, point);
                     for j in 0..k {
                         let (to, from) = (out.rb_mut().col_mut(i * k + j), &point[rows * j..][..r]);
@@ -377,13 +379,16 @@ impl Curve for RiemannianCubic {
     }
 
     fn cost_interruptible(&self, _: Interrupt<'_>) -> Result<f64> {
-        let ends = [self.span.0, self.span.1].map(|t| self.clock.path_time(t));
-        let [from, to] = match self.clock.is_forward() {
+        let ends = [self.span.0, self.span.1].map(|t| self.time_map.taylor_time(t));
+        let [from, to] = match self.time_map.is_forward() {
             true => ends,
             false => [ends[1], ends[0]],
         };
         // The square of a second derivative, integrated over time.
-        let cost = self.clock.derivative(self.path.cost(from, to), 3).abs();
+        let cost = self
+            .time_map
+            .derivative(self.taylor.cost(from, to), 3)
+            .abs();
         if cost.is_finite() {
             return Ok(cost);
         }
@@ -391,17 +396,17 @@ impl Curve for RiemannianCubic {
     }
 }
 
-/// The path of a curve, or an extended copy for times it does not cover.
+/// The polynomials of a curve, or an extended copy for times they do not cover.
 fn reaching<'a>(
     curve: &'a RiemannianCubic,
     moment: f64,
-    beyond: &'a mut Option<Path>,
-) -> Result<&'a Path> {
-    if curve.path.covers(moment) {
-        return Ok(&curve.path);
+    beyond: &'a mut Option<PiecewiseTaylor>,
+) -> Result<&'a PiecewiseTaylor> {
+    if curve.taylor.covers(moment) {
+        return Ok(&curve.taylor);
     }
-    let longer = beyond.get_or_insert_with(|| Path::clone(&curve.path));
-    extend(longer, curve.clock, moment, Interrupt::NEVER)?;
+    let longer = beyond.get_or_insert_with(|| PiecewiseTaylor::clone(&curve.taylor));
+    extend(longer, curve.time_map, moment, Interrupt::NEVER)?;
     Ok(longer)
 }
 
@@ -427,7 +432,7 @@ fn reaching<'a>(
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 pub struct Workspace {
-    /// The path extended to the requested times beyond its ends.
-    beyond: Option<Path>,
+    /// The polynomials extended to the requested times beyond their ends.
+    beyond: Option<PiecewiseTaylor>,
     coefficients: [Vec<f64>; ORDER + 1],
 }

@@ -130,13 +130,13 @@ impl RiemannianCubic {
         }
         let mut ranked = Vec::new();
         for (y, report) in found.solutions {
-            let path = problem.path(&y, options.boundary.interrupt)?;
+            let taylor = problem.taylor(&y, options.boundary.interrupt)?;
             let frame = problem.frame.clone();
-            let curve = Self::of_path(
+            let curve = Self::of_taylor(
                 problem.n,
                 problem.k,
                 frame.map(Arc::new),
-                path,
+                taylor,
                 Some(report),
             );
             ranked.push((curve.cost()?, curve));

@@ -1,6 +1,6 @@
 //! A solution of a boundary value problem.
 
-use super::path::Path;
+use super::piecewise_taylor::PiecewiseTaylor;
 use super::problem::Problem;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -10,30 +10,37 @@ pub(super) struct Solution {
     /// `(x', x'')` at the start.
     pub(super) start: Vec<f64>,
     /// The curve, if the method that found it provides it.
-    path: Option<Path>,
+    taylor: Option<PiecewiseTaylor>,
 }
 
 impl Solution {
     /// A solution whose curve is integrated when it is needed.
     pub(super) fn of_start(start: Vec<f64>) -> Self {
-        Solution { start, path: None }
-    }
-
-    pub(super) fn new(start: Vec<f64>, path: Path) -> Self {
         Solution {
             start,
-            path: Some(path),
+            taylor: None,
+        }
+    }
+
+    pub(super) fn new(start: Vec<f64>, taylor: PiecewiseTaylor) -> Self {
+        Solution {
+            start,
+            taylor: Some(taylor),
         }
     }
 
     /// The curve, in the coordinates of the span.
     ///
     /// # Errors
-    /// As [`Problem::path`].
-    pub(super) fn into_path(self, problem: &Problem, interrupt: Interrupt<'_>) -> Result<Path> {
-        match self.path {
-            Some(path) => Ok(path),
-            None => problem.path(&self.start, interrupt),
+    /// As [`Problem::taylor`].
+    pub(super) fn into_taylor(
+        self,
+        problem: &Problem,
+        interrupt: Interrupt<'_>,
+    ) -> Result<PiecewiseTaylor> {
+        match self.taylor {
+            Some(taylor) => Ok(taylor),
+            None => problem.taylor(&self.start, interrupt),
         }
     }
 }

@@ -5,7 +5,7 @@ use super::boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 use super::continuation::{MAX_STEPS, Next, Tracer};
 use super::end_map::EndMap;
 use super::homotopy::Homotopy;
-use super::path::Path;
+use super::piecewise_taylor::PiecewiseTaylor;
 use super::problem::Problem;
 use super::random::Random;
 use super::shooting::ROUND_OFF;
@@ -188,24 +188,24 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// `Interrupted`.
     pub(super) fn integrated(&mut self, start: Vec<f64>) -> Result<Option<Solution>> {
-        let path = self.problem.path(&start, self.options.interrupt);
-        let Some(path) = unless_interrupted(path)? else {
+        let taylor = self.problem.taylor(&start, self.options.interrupt);
+        let Some(taylor) = unless_interrupted(taylor)? else {
             return Ok(None);
         };
         self.map.count(work_of_curve(self.problem.blocks()));
-        match self.accepted(&start, path) {
+        match self.accepted(&start, taylor) {
             Some(found) => Ok(Some(found)),
             None => self.by_shooting(&start, None),
         }
     }
 
     /// The solution with the given curve and `(x', x'')` at its start, if its ends are near enough.
-    pub(super) fn accepted(&mut self, start: &[f64], path: Path) -> Option<Solution> {
-        let distance = self.problem.distance(&path);
+    pub(super) fn accepted(&mut self, start: &[f64], taylor: PiecewiseTaylor) -> Option<Solution> {
+        let distance = self.problem.distance(&taylor);
         let is_near = distance <= self.tolerance;
         is_near.then(|| {
             self.set_nearest(distance, StopReason::Converged);
-            Solution::new(start.to_vec(), path)
+            Solution::new(start.to_vec(), taylor)
         })
     }
 

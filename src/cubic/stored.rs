@@ -5,13 +5,13 @@ use std::sync::Arc;
 use faer::Mat;
 
 use super::blocks::{Blocks, Sized};
-use super::clock::Clock;
-use super::path::{Path, Piece};
+use super::piecewise_taylor::{Piece, PiecewiseTaylor};
 use super::riemannian_cubic::RiemannianCubic;
 use super::state::State;
-use super::stored_check::check_path;
+use super::stored_check::check_taylor;
 use super::taylor::Accuracy;
 use super::tension::check_tension;
+use super::time_map::TimeMap;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::stored::{check_orthonormal, quotient_of};
@@ -36,21 +36,30 @@ impl StoredPiece for RiemannianCubic {
     fn store_all(curves: &[Self], fields: &mut Fields) {
         let first = curves.first();
         fields.put_whole("shape", first.map_or([0, 0], |first| [first.n, first.k]));
-        let paths = || curves.iter().map(|curve| &*curve.path);
+        let taylors = || curves.iter().map(|curve| &*curve.taylor);
         let flat = |numbers: &dyn Fn(&Self) -> Vec<f64>| curves.iter().flat_map(numbers).collect();
-        fields.put_whole("ranks", paths().map(|path| path.blocks.m + path.blocks.k));
-        fields.put_whole("steps", paths().map(|path| path.pieces.len()));
-        fields.put_whole("orders", paths().map(|path| path.accuracy.order));
+        fields.put_whole(
+            "ranks",
+            taylors().map(|taylor| taylor.blocks.m + taylor.blocks.k),
+        );
+        fields.put_whole("steps", taylors().map(|taylor| taylor.pieces.len()));
+        fields.put_whole("orders", taylors().map(|taylor| taylor.accuracy.order));
         fields.put_flat("tolerances", flat(&|curve| vec![curve.tolerance()]));
         fields.put_flat(
             "clocks",
-            flat(&|curve| vec![curve.clock.rate, curve.clock.curve, curve.clock.path]),
+            flat(&|curve| {
+                vec![
+                    curve.time_map.rate,
+                    curve.time_map.curve,
+                    curve.time_map.taylor,
+                ]
+            }),
         );
-        if paths().any(|path| path.tension() != 0.0) {
-            fields.put_flat("tensions", flat(&|curve| vec![curve.path.tension()]));
+        if taylors().any(|taylor| taylor.tension() != 0.0) {
+            fields.put_flat("tensions", flat(&|curve| vec![curve.taylor.tension()]));
         }
-        if paths().any(|path| path.quotient() == Quotient::Subspaces) {
-            let is_subspace = |curve: &Self| curve.path.quotient() == Quotient::Subspaces;
+        if taylors().any(|taylor| taylor.quotient() == Quotient::Subspaces) {
+            let is_subspace = |curve: &Self| curve.taylor.quotient() == Quotient::Subspaces;
             fields.put_flat(
                 "subspaces",
                 flat(&|curve| vec![f64::from(is_subspace(curve))]),
@@ -58,14 +67,14 @@ impl StoredPiece for RiemannianCubic {
         }
         fields.put_flat("spans", flat(&|curve| vec![curve.span.0, curve.span.1]));
         let interval = |piece: &Piece| [piece.lower, piece.upper, piece.center];
-        let intervals = paths().flat_map(|path| path.pieces.iter().flat_map(interval));
+        let intervals = taylors().flat_map(|taylor| taylor.pieces.iter().flat_map(interval));
         fields.put_flat("intervals", intervals.collect());
-        fields.put_flat("points", flat(&|curve| curve.path.points.clone()));
-        fields.put_flat("vectors", flat(&|curve| curve.path.vectors.clone()));
+        fields.put_flat("points", flat(&|curve| curve.taylor.points.clone()));
+        fields.put_flat("vectors", flat(&|curve| curve.taylor.vectors.clone()));
         let end = |state: &State| [&[state.time][..], &state.entries].concat();
         fields.put_flat(
             "ends",
-            flat(&|curve| [end(&curve.path.first), end(&curve.path.last)].concat()),
+            flat(&|curve| [end(&curve.taylor.first), end(&curve.taylor.last)].concat()),
         );
         fields.put_reports("reports", curves.iter().map(|curve| curve.report));
         store_frames(curves, fields);
@@ -92,17 +101,17 @@ impl StoredPiece for RiemannianCubic {
             let [subspace] = subspaces.some()?;
             let blocks = blocks(n, k, ranks[i], rows, subspace)?;
             let [tolerance] = tolerances.some()?;
-            let (clock, span) = (clock(clocks.some()?)?, span(spans.some()?)?);
+            let (time_map, span) = (time_map(clocks.some()?)?, span(spans.some()?)?);
             let [tension] = tensions.some()?;
             check_tension(tension)?;
-            let path = numbers.path(blocks, steps[i], orders[i], [tolerance, tension])?;
-            check_path(&path, interrupt)?;
+            let taylor = numbers.taylor(blocks, steps[i], orders[i], [tolerance, tension])?;
+            check_taylor(&taylor, interrupt)?;
             curves.push(RiemannianCubic {
                 n,
                 k,
                 frame,
-                path: Arc::new(path.into()),
-                clock,
+                taylor: Arc::new(taylor.into()),
+                time_map,
                 span,
                 report,
                 boundary_report: None,
@@ -188,9 +197,13 @@ fn blocks(n: usize, k: usize, rank: usize, rows: usize, subspace: f64) -> Result
     )))
 }
 
-fn clock([rate, curve, path]: [f64; 3]) -> Result<Clock> {
+fn time_map([rate, curve, taylor]: [f64; 3]) -> Result<TimeMap> {
     if rate.is_normal() {
-        return Ok(Clock { rate, curve, path });
+        return Ok(TimeMap {
+            rate,
+            curve,
+            taylor,
+        });
     }
     Err(refusal(format!("clocks: {rate} is not a valid rate")))
 }
@@ -207,17 +220,17 @@ fn span([start, end]: [f64; 2]) -> Result<(f64, f64)> {
 /// Orders of polynomials that can be extended. Fast legs of splines have orders up to 70.
 const ORDERS: std::ops::RangeInclusive<usize> = 3..=128;
 
-/// Intervals, coefficients of points, coefficients of vectors, and end states of consecutive paths.
+/// Intervals, coefficients of points, coefficients of vectors, and end states of consecutive pieces.
 struct Numbers([Parts; 4]);
 
 impl Numbers {
-    fn path(
+    fn taylor(
         &mut self,
         blocks: Sized,
         count: usize,
         order: usize,
         [tolerance, tension]: [f64; 2],
-    ) -> Result<Path> {
+    ) -> Result<PiecewiseTaylor> {
         let range = Accuracy::FULL.truncation..=0.1;
         if !range.contains(&tolerance) {
             return Err(refusal(format!("tolerances: {tolerance} is out of range")));
@@ -251,7 +264,7 @@ impl Numbers {
                 "ends: times not increasing, {first} and {last}"
             )));
         }
-        Ok(Path {
+        Ok(PiecewiseTaylor {
             blocks,
             accuracy,
             pieces,

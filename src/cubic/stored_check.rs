@@ -1,6 +1,6 @@
-//! Checks that stored numbers form a path: points on the manifold, consistent velocities, steps and ends that join.
+//! Checks that stored numbers form a curve: points on the manifold, consistent velocities, steps and ends that join.
 //!
-//! A path consists, for each step, of a power series of the point and one of `x`, and of a state at both ends. With `S'
+//! A curve consists, for each step, of a power series of the point and one of `x`, and of a state at both ends. With `S'
 //! = S Omega + K` the series are consistent if
 //!
 //! ```math
@@ -11,7 +11,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::path::Path;
+use super::piecewise_taylor::PiecewiseTaylor;
 use super::state::State;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -29,13 +29,13 @@ const SLACK: f64 = 8.0 * f64::EPSILON;
 
 /// # Errors
 /// `Stored` with the measured defect; `Interrupted`.
-pub(super) fn check_path(path: &Path, interrupt: Interrupt<'_>) -> Result<()> {
+pub(super) fn check_taylor(taylor: &PiecewiseTaylor, interrupt: Interrupt<'_>) -> Result<()> {
     let checker = Checker {
-        path,
-        allowed: MEMBERSHIP.max(ROOM * path.accuracy.truncation * path.len() as f64),
+        taylor,
+        allowed: MEMBERSHIP.max(ROOM * taylor.accuracy.truncation * taylor.len() as f64),
     };
     let mut before: Option<Mat<f64>> = None;
-    for (i, piece) in path.pieces.iter().enumerate() {
+    for (i, piece) in taylor.pieces.iter().enumerate() {
         interrupt.check(READER)?;
         let middle = 0.5 * (piece.lower + piece.upper);
         let first = checker.point(i, piece.lower)?;
@@ -46,14 +46,14 @@ pub(super) fn check_path(path: &Path, interrupt: Interrupt<'_>) -> Result<()> {
         }
         before = Some(checker.point(i, piece.upper)?);
     }
-    let last = path.len() - 1;
+    let last = taylor.len() - 1;
     checker.times()?;
-    checker.state(0, &path.first)?;
-    checker.state(last, &path.last)
+    checker.state(0, &taylor.first)?;
+    checker.state(last, &taylor.last)
 }
 
 struct Checker<'a> {
-    path: &'a Path,
+    taylor: &'a PiecewiseTaylor,
     allowed: f64,
 }
 
@@ -76,9 +76,10 @@ impl Checker<'_> {
 
     /// The point of a step at a time, after checking the series.
     fn point(&self, step: usize, t: f64) -> Result<Mat<f64>> {
-        let (r, rows, k) = (self.path.r(), self.path.rows(), self.path.blocks.k);
+        let (r, rows, k) = (self.taylor.r(), self.taylor.rows(), self.taylor.blocks.k);
         let (mut s, mut rate) = (vec![0.0; rows * k], vec![0.0; rows * k]);
-        self.path.points_of_step(step, t, &mut [&mut s, &mut rate]);
+        self.taylor
+            .points_of_step(step, t, &mut [&mut s, &mut rate]);
         let [s, rate] = [&s, &rate].map(|entries| {
             let all = MatRef::from_column_major_slice(entries, rows, k);
             all.subrows(0, r).to_owned()
@@ -86,7 +87,7 @@ impl Checker<'_> {
         let [x, ..] = self.vectors(step, t);
         let defect = orthonormality_defect(s.as_ref());
         self.expect(step, "points are off the manifold", defect, self.allowed)?;
-        if self.path.quotient() == Quotient::Subspaces {
+        if self.taylor.quotient() == Quotient::Subspaces {
             let turned = norm(x.omega.as_ref());
             self.expect(step, "bases turn", turned, 0.0)?;
         }
@@ -105,16 +106,16 @@ impl Checker<'_> {
 
     /// `x, x', x''` of a step at a time.
     fn vectors(&self, step: usize, t: f64) -> [Vector; 3] {
-        let (r, k) = (self.path.r(), self.path.blocks.k);
+        let (r, k) = (self.taylor.r(), self.taylor.blocks.k);
         let mut entries: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; r * k]);
         let mut targets = entries.each_mut().map(Vec::as_mut_slice);
-        self.path.vectors_of_step(step, t, &mut targets);
+        self.taylor.vectors_of_step(step, t, &mut targets);
         let factors = [1.0, 1.0, 2.0];
         std::array::from_fn(|i| self.vector(&entries[i], factors[i]))
     }
 
     fn vector(&self, entries: &[f64], factor: f64) -> Vector {
-        let (m, k) = (self.path.blocks.m, self.path.blocks.k);
+        let (m, k) = (self.taylor.blocks.m, self.taylor.blocks.k);
         let (omega, b) = entries.split_at(k * k);
         Vector {
             omega: MatRef::from_column_major_slice(omega, k, k) * Scale(factor),
@@ -124,8 +125,8 @@ impl Checker<'_> {
 
     /// Check that steps are contiguous and that the states are at their ends.
     fn times(&self) -> Result<()> {
-        let pieces = &self.path.pieces;
-        let (first, last) = (&self.path.first, &self.path.last);
+        let pieces = &self.taylor.pieces;
+        let (first, last) = (&self.taylor.first, &self.taylor.last);
         let size = first.time.abs().max(last.time.abs());
         let close = |a: f64, b: f64| (a - b).abs() <= SLACK * size;
         let joined = pieces
@@ -143,7 +144,7 @@ impl Checker<'_> {
 
     /// Check that a state agrees with a step.
     fn state(&self, step: usize, state: &State) -> Result<()> {
-        let (r, k) = (self.path.r(), self.path.blocks.k);
+        let (r, k) = (self.taylor.r(), self.taylor.blocks.k);
         let frame = MatRef::from_column_major_slice(&state.entries[..r * r], r, r);
         let defect = orthonormality_defect(frame);
         self.expect(step, "the frame is not orthonormal", defect, self.allowed)?;

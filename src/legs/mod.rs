@@ -1,6 +1,6 @@
 //! Chains of legs between knots: the data shared by all solvers of a chain of Riemannian cubics.
 //!
-//! The bends of a leg are `x'` (the covariant acceleration) and `x''` (the third vector) at its start, in the time of the
+//! The derivatives of a leg are `x'` (the covariant acceleration) and `x''` (the third vector) at its start, in the time of the
 //! leg.
 
 mod dense;

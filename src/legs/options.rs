@@ -49,16 +49,16 @@ impl Progress {
         }
     }
 
-    /// Records a residual, for a chain with the largest acceleration or third vector `bend`; returns the target of the
+    /// Records a residual, for a chain with the largest acceleration or third vector `derivative`; returns the target of the
     /// residual.
-    pub(crate) fn set(&mut self, residual: f64, bend: f64, tolerance: f64) -> f64 {
+    pub(crate) fn set(&mut self, residual: f64, derivative: f64, tolerance: f64) -> f64 {
         // Infinite if it is not a number.
         self.residual = if residual.is_nan() {
             f64::INFINITY
         } else {
             residual
         };
-        self.goal = tolerance.max(ROUND_OFF * bend);
+        self.goal = tolerance.max(ROUND_OFF * derivative);
         self.goal
     }
 

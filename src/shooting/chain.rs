@@ -125,7 +125,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
 
     /// Sets the middles of the legs from `x'` and `x''` at their starts, in the time of the leg: by a series of the
     /// given order, or with zero third derivative.
-    pub(super) fn set_middles(&mut self, bends: &[f64], order: Option<usize>) {
+    pub(super) fn set_middles(&mut self, derivatives: &[f64], order: Option<usize>) {
         let (space, knots, d) = (self.space, self.knots, self.space.dim());
         self.set_velocities();
         each::<S::Width, _, _>(
@@ -139,8 +139,8 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                 for lane in 0..T::COUNT {
                     let i = knots.leg_in::<T>(group, lane);
                     for p in 0..d {
-                        middle[1][p].set_lane(lane, bends[2 * i * d + p]);
-                        middle[2][p].set_lane(lane, bends[(2 * i + 1) * d + p]);
+                        middle[1][p].set_lane(lane, derivatives[2 * i * d + p]);
+                        middle[2][p].set_lane(lane, derivatives[(2 * i + 1) * d + p]);
                     }
                 }
                 match order {
@@ -260,9 +260,12 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     }
 
     /// The largest entry of an acceleration or a third vector.
-    pub(super) fn largest_bend(&self) -> f64 {
-        let bends = self.groups.iter().map(|group| group.leg.largest_bend());
-        bends.fold(0.0, larger)
+    pub(super) fn largest_derivative(&self) -> f64 {
+        let derivatives = self
+            .groups
+            .iter()
+            .map(|group| group.leg.largest_derivative());
+        derivatives.fold(0.0, larger)
     }
 
     /// Truncation error of the current series, estimated from their last terms.
@@ -272,14 +275,14 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     }
 
     /// Writes the velocities, and `x'` and `x''` at the starts of the legs.
-    pub(super) fn write(&self, velocities: &mut [f64], bends: &mut [f64]) {
+    pub(super) fn write(&self, velocities: &mut [f64], derivatives: &mut [f64]) {
         let d = self.space.dim();
         velocities.copy_from_slice(&self.velocities);
-        for (i, bend) in bends.chunks_exact_mut(2 * d).enumerate() {
+        for (i, derivative) in derivatives.chunks_exact_mut(2 * d).enumerate() {
             let (leg, lane) = (self.leg(i), i % T::COUNT);
             let vectors = leg.accelerations[0].iter().chain(&*leg.thirds[0]);
-            for (bend, x) in bend.iter_mut().zip(vectors) {
-                *bend = x.lane(lane);
+            for (derivative, x) in derivative.iter_mut().zip(vectors) {
+                *derivative = x.lane(lane);
             }
         }
     }

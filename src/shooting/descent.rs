@@ -72,7 +72,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     /// Whether gradient and defect are below the tolerance.
     fn is_at_rest(&self, progress: &mut Progress, options: &Options<'_>) -> bool {
         let rest = self.rest();
-        rest <= progress.set(rest, self.largest_bend(), options.tolerance)
+        rest <= progress.set(rest, self.largest_derivative(), options.tolerance)
     }
 
     /// Whether the cost will end above a bound, judged from a step without damping and its predicted decrease.

@@ -238,7 +238,12 @@ fn the_last_lanes_of_a_group_count_once() {
     let (cost, other) = (chains.0.cost, chains.1.cost);
     assert!((cost - other).abs() < 1e-12 * cost.abs(), "{cost} {other}");
     for leg in 0..LEGS {
-        for (a, b) in chains.0.bends(leg).iter().zip(&chains.1.bends(leg)) {
+        for (a, b) in chains
+            .0
+            .derivatives(leg)
+            .iter()
+            .zip(&chains.1.derivatives(leg))
+        {
             assert!((a - b).abs() < 1e-9 * cost.abs().sqrt(), "{a} {b}");
         }
     }

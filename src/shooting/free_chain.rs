@@ -246,7 +246,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
     }
 
     /// `x'` and `x''` at the start of a leg, per unit of time.
-    pub(super) fn bends(&self, leg: usize) -> Vec<f64> {
+    pub(super) fn derivatives(&self, leg: usize) -> Vec<f64> {
         let (d, rate) = (self.space.dim(), self.layout.lengths[leg].recip());
         let (group, lane) = (&self.groups[leg / T::COUNT], leg % T::COUNT);
         let tension = group.leg.tension.map_or(0.0, |tension| tension.lane(lane));
@@ -272,9 +272,12 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
     }
 
     /// The largest entry of an acceleration or a third vector.
-    pub(super) fn largest_bend(&self) -> f64 {
-        let bends = self.groups.iter().map(|group| group.leg.largest_bend());
-        bends.fold(0.0, larger)
+    pub(super) fn largest_derivative(&self) -> f64 {
+        let derivatives = self
+            .groups
+            .iter()
+            .map(|group| group.leg.largest_derivative());
+        derivatives.fold(0.0, larger)
     }
 
     /// Takes a step that solves the equations of the legs for fixed knots, with the existing linear equations.

@@ -171,7 +171,7 @@ impl<'a, T: Field> Leg<'a, T> {
 
     /// The largest entry of `x'` at the ends and of `x''` at the middle.
     #[inline(always)]
-    pub(super) fn largest_bend(&self) -> f64 {
+    pub(super) fn largest_derivative(&self) -> f64 {
         let [first, last] = self.accelerations.each_ref().map(|x| largest(x));
         larger(larger(first, last), largest(self.middle[2]))
     }

@@ -173,17 +173,17 @@ fn between_ends(
     frame: Vec<f64>,
 ) -> Result<LinearCurve> {
     let d = flow.nrows() / 4;
-    let bends = bends(flow)?;
+    let derivatives = derivatives(flow)?;
     let all = Mat::from_fn(4 * d, 4 * d, |i, j| match i.checked_sub(2 * d) {
         None => f64::from(u8::from(i == j)),
-        Some(i) => bends[(i, j)],
+        Some(i) => derivatives[(i, j)],
     });
     let end = flow.subrows(2 * d, 2 * d) * &all;
     let stiffness = Mat::from_fn(4 * d, 4 * d, |i, j| {
         let at = (i + d) % (2 * d);
         match i / d {
-            0 => bends[(at, j)],
-            1 => -bends[(at, j)],
+            0 => derivatives[(at, j)],
+            1 => -derivatives[(at, j)],
             2 => -end[(at, j)],
             _ => end[(at, j)],
         }
@@ -216,7 +216,7 @@ fn between_ends(
 ///
 /// # Errors
 /// `ConjugateEnds`, `Overflow`, `Decomposition`.
-fn bends(flow: &Mat<f64>) -> Result<Mat<f64>> {
+fn derivatives(flow: &Mat<f64>) -> Result<Mat<f64>> {
     let d = flow.nrows() / 4;
     check_range(VARIATION, flow.as_ref())?;
     let unknown = Mat::from_fn(2 * d, 2 * d, |i, j| {

@@ -32,7 +32,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         let (mut is_last, mut has_all_terms) = (false, false);
         self.evaluate(0.0, is_last);
         loop {
-            let goal = progress.set(self.size, self.largest_bend(), options.tolerance);
+            let goal = progress.set(self.size, self.largest_derivative(), options.tolerance);
             if self.size <= goal {
                 if is_last && self.tail() <= Orders::last().accuracy {
                     return Ok(StopReason::Converged);

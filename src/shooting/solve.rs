@@ -23,7 +23,7 @@ pub(crate) fn solve<T, S>(
     space: S,
     knots: &Knots<'_>,
     velocities: &mut [f64],
-    bends: &mut [f64],
+    derivatives: &mut [f64],
     options: &Options<'_>,
 ) -> Result<(SolverReport, Option<Box<dyn Curves>>)>
 where
@@ -38,12 +38,12 @@ where
         let speed = knots.speed(space, velocities);
         Orders::last().of_leg(larger(speed, knots.largest_rate()), 0)
     });
-    chain.set_middles(bends, order);
+    chain.set_middles(derivatives, order);
     let reason = chain.newton(&mut progress, options)?;
     if reason != StopReason::Converged {
         return Ok((progress.report(reason), None));
     }
-    chain.write(velocities, bends);
+    chain.write(velocities, derivatives);
     chain.step_blindly();
     let curves = Solved::new(space, knots.lengths.len(), &chain.groups);
     Ok((progress.report(reason), Some(Box::new(curves))))
@@ -56,7 +56,7 @@ const FINE: f64 = 1e-9;
 pub(crate) struct LeastCost {
     pub(crate) report: SolverReport,
     /// `x'` and `x''` at the starts of the legs, per unit of time.
-    pub(crate) bends: Vec<f64>,
+    pub(crate) derivatives: Vec<f64>,
     /// `int |x'|^2 + tau |x|^2 dt / 2`, plus the contribution of accelerations at the ends.
     pub(crate) cost: f64,
     /// Frames and velocities at the knots.
@@ -106,7 +106,7 @@ where
     let response = is_wanted.then(|| StartResponse::of(&chain)).flatten();
     Ok(LeastCost {
         report: progress.report(reason),
-        bends: (0..legs).flat_map(|leg| chain.bends(leg)).collect(),
+        derivatives: (0..legs).flat_map(|leg| chain.derivatives(leg)).collect(),
         cost: chain.cost,
         knots: chain.state.knots,
         response,

@@ -85,15 +85,15 @@ impl<T: Field> Stiffness<T> {
         let terms = own.terms.min(leg.order);
         let variation = &mut own.variation;
         set_equations(space, leg, terms, scratch, variation, &mut self.factors);
-        let (slope, bend) = (&variation.ends[1], &variation.ends[2]);
+        let (slope, derivative) = (&variation.ends[1], &variation.ends[2]);
         factor(wide, &mut self.factors);
         let block = wide * d;
         let outputs = &mut self.by_equations;
-        outputs[..block].copy_from_slice(&bend[0]);
+        outputs[..block].copy_from_slice(&derivative[0]);
         outputs[block..2 * block].copy_from_slice(&slope[0]);
         space.turn_columns(
             leg.holonomy,
-            &bend[1],
+            &derivative[1],
             wide,
             &mut outputs[2 * block..3 * block],
         );

@@ -5,7 +5,7 @@ use faer::{Mat, MatRef, Scale};
 
 use crate::cubic::BoundaryOptions;
 use crate::cubic::blocks::Sized;
-use crate::cubic::path::Path;
+use crate::cubic::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
 use crate::curve::Curve;
@@ -139,11 +139,11 @@ where
             }
         }
     }
-    let mut bends = vec![0.0; 2 * d * legs];
+    let mut derivatives = vec![0.0; 2 * d * legs];
     let options = options(None);
     let (outcome, curves) =
-        super::solve::<T, S>(space, knots, &mut velocities, &mut bends, &options).unwrap();
-    (outcome, curves, [velocities, bends])
+        super::solve::<T, S>(space, knots, &mut velocities, &mut derivatives, &options).unwrap();
+    (outcome, curves, [velocities, derivatives])
 }
 
 /// The point of a leg at `s` between 0 and 1.
@@ -208,10 +208,10 @@ where
     for leg in 0..walk.lengths.len() {
         let (frame, h) = (&walk.frames[leg], walk.lengths[leg]);
         let (dense, which) = curves.of_leg(leg);
-        let path = integrated(dense, which, frame, k, tension * h * h);
+        let taylor = integrated(dense, which, frame, k, tension * h * h);
         for s in [0.2, 0.5, 0.9, 1.0] {
             let found = point(dense, frame, which, s, k);
-            let error = distance(&found, &point_of(&path, s, [r, k]));
+            let error = distance(&found, &point_of(&taylor, s, [r, k]));
             assert!(
                 error < 1e-12,
                 "({r}, {k}) {far}, leg {leg} at {s}: {error:e}"
@@ -243,7 +243,13 @@ where
 }
 
 /// A leg as integrated by the Taylor method.
-fn integrated(dense: &Dense, leg: usize, frame: &Mat<f64>, k: usize, tension: f64) -> Path {
+fn integrated(
+    dense: &Dense,
+    leg: usize,
+    frame: &Mat<f64>,
+    k: usize,
+    tension: f64,
+) -> PiecewiseTaylor {
     let r = frame.nrows();
     let space = Frames { r, k };
     let mut entries = columns(frame);
@@ -253,15 +259,15 @@ fn integrated(dense: &Dense, leg: usize, frame: &Mat<f64>, k: usize, tension: f6
         entries.extend(columns(&x.as_ref().submatrix(k, 0, r - k, k).to_owned()));
     }
     let state = State::of_entries(Sized::frames(r - k, k), 0.0, entries);
-    let mut path = Path::at(state.in_tension(tension), Accuracy::FULL);
-    path.extend_to(1.0, Interrupt::NEVER).unwrap();
-    path
+    let mut taylor = PiecewiseTaylor::at(state.in_tension(tension), Accuracy::FULL);
+    taylor.extend_to(1.0, Interrupt::NEVER).unwrap();
+    taylor
 }
 
-fn point_of(path: &Path, t: f64, [r, k]: [usize; 2]) -> Mat<f64> {
-    let mut entries = vec![0.0; path.rows() * k];
-    path.point_into(t, &mut entries);
-    Mat::from_fn(r, k, |i, j| entries[i + path.rows() * j])
+fn point_of(taylor: &PiecewiseTaylor, t: f64, [r, k]: [usize; 2]) -> Mat<f64> {
+    let mut entries = vec![0.0; taylor.rows() * k];
+    taylor.point_into(t, &mut entries);
+    Mat::from_fn(r, k, |i, j| entries[i + taylor.rows() * j])
 }
 
 fn each_space(compare: impl Fn(usize)) {
@@ -371,7 +377,7 @@ fn a_start_at_a_solution_is_kept() {
     let walk = Walk::new(space, 9, 1.2, &mut Numbers(8));
     let ends = Ends::Open([(); 2].map(|()| End::Acceleration(vec![0.0; 3])));
     let knots = walk.knots(&ends);
-    let (first, curves, [velocities, bends]) = motion::<Lanes, _>(space, &knots);
+    let (first, curves, [velocities, derivatives]) = motion::<Lanes, _>(space, &knots);
     let curves = curves.unwrap();
     let third_derivative = |leg: usize, times: &[f64]| {
         let (dense, which) = curves.of_leg(leg);
@@ -388,7 +394,7 @@ fn a_start_at_a_solution_is_kept() {
         };
         Ok(times.iter().flat_map(at).collect())
     };
-    let (mut v, mut b) = (velocities.clone(), bends.clone());
+    let (mut v, mut b) = (velocities.clone(), derivatives.clone());
     let options = options(Some(&third_derivative));
     let (outcome, _) = super::solve::<Lanes, _>(space, &knots, &mut v, &mut b, &options).unwrap();
     assert!(

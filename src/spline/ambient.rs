@@ -251,7 +251,7 @@ impl Movable for Ambient<'_> {
         for knot in 0..self.points.len() {
             carried(knot, motion.velocity_mut(knot))?;
             if knot < self.lengths.len() {
-                carried(knot, motion.bend_mut(knot))?;
+                carried(knot, motion.derivatives_mut(knot))?;
             }
         }
         let points = moves.iter().map(|curve| curve.point(1.0));

@@ -6,8 +6,8 @@ use faer::{Mat, MatRef};
 
 use super::motion::Motion;
 use crate::cubic::RiemannianCubic;
-use crate::cubic::lazy_path::LazyPath;
-use crate::cubic::path::Path;
+use crate::cubic::lazy_taylor::LazyTaylor;
+use crate::cubic::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
@@ -123,16 +123,16 @@ pub(super) trait Chain: Sync {
     /// vectors in that basis.
     fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State);
 
-    /// The cubic of a leg on `[0, 1]`: a basis of its span, unless the span is the whole space, and the path in that
+    /// The cubic of a leg on `[0, 1]`: a basis of its span, unless the span is the whole space, and the polynomials in that
     /// basis.
     ///
     /// # Errors
     /// An error if it cannot be integrated; `Interrupted`.
     fn integrated(&self, leg: usize, motion: &Motion, interrupt: Interrupt<'_>) -> Result<Piece> {
         let (basis, state) = self.state(leg, &motion.start(leg, self.lengths()[leg]));
-        let mut path = Path::at(state, Accuracy::FULL);
-        path.extend_to(1.0, interrupt)?;
-        Ok((basis, path.into()))
+        let mut taylor = PiecewiseTaylor::at(state, Accuracy::FULL);
+        taylor.extend_to(1.0, interrupt)?;
+        Ok((basis, taylor.into()))
     }
 }
 
@@ -158,8 +158,8 @@ impl<C: Chain> Isometries for Carrying<'_, C> {
     }
 }
 
-/// A basis of a curve's span, unless the span is the whole space, and the path in that basis.
-pub(super) type Piece = (Option<Mat<f64>>, LazyPath);
+/// A basis of a curve's span, unless the span is the whole space, and the polynomials in that basis.
+pub(super) type Piece = (Option<Mat<f64>>, LazyTaylor);
 
 /// A chain whose knots are unknowns too.
 pub(super) trait Movable: Chain + Sized {
@@ -247,14 +247,16 @@ pub(super) fn pieces(
     piece: impl Fn(usize) -> Result<Piece> + Sync,
 ) -> Result<Vec<RiemannianCubic>> {
     let curve = |(): &mut (), leg: usize| {
-        let (frame, path) = piece(leg)?;
+        let (frame, taylor) = piece(leg)?;
         let frame = match (&space.basis, frame) {
             (Some(basis), Some(frame)) => Some(Arc::new(basis.as_ref() * frame)),
             (Some(basis), None) => Some(Arc::clone(basis)),
             (None, frame) => frame.map(Arc::new),
         };
         let span = (0.0, 1.0);
-        Ok(RiemannianCubic::of_leg(space.n, space.k, frame, path, span))
+        Ok(RiemannianCubic::of_leg(
+            space.n, space.k, frame, taylor, span,
+        ))
     };
     threads::map(legs, PIECE, || (), curve)
 }
@@ -269,19 +271,19 @@ pub(super) struct Space {
 
 /// Values at the ends of the legs.
 #[derive(Debug)]
-pub(super) struct Arrivals {
+pub(super) struct LegEnds {
     /// Number of coordinates of a vector.
     size: usize,
-    /// Vectors per leg: distance, velocity defect, acceleration, and the third vector if requested.
+    /// Vectors per leg: point defect, velocity defect, acceleration, and the third vector if requested.
     vectors: usize,
     values: Vec<f64>,
-    /// Distance and velocity defect of each leg, carried back to its start.
+    /// Point and velocity defect of each leg, carried back to its start.
     back: Vec<f64>,
-    /// The largest norm over all legs of distance and velocity defect together.
-    pub(super) miss: f64,
+    /// The largest norm over all legs of both defects together.
+    pub(super) defect: f64,
 }
 
-impl Arrivals {
+impl LegEnds {
     /// Integrates every leg of a motion, in parallel; the results do not depend on the number of threads.
     ///
     /// # Errors
@@ -311,7 +313,7 @@ impl Arrivals {
                 work,
             };
             chain.arrive_into(worker, first, &starts, &means, values, distances)?;
-            let mut miss = 0.0_f64;
+            let mut defect = 0.0_f64;
             let each = values
                 .chunks_exact_mut(size * vectors)
                 .zip(back.chunks_exact_mut(2 * size));
@@ -324,31 +326,31 @@ impl Arrivals {
                 for (back, v) in back.chunks_exact_mut(size).zip(values.chunks_exact(size)) {
                     chain.carry_into(worker, leg, Direction::Backward, v, back)?;
                 }
-                miss = miss.max(distances[i].hypot(square(&values[size..2 * size]).sqrt()));
+                defect = defect.max(distances[i].hypot(square(&values[size..2 * size]).sqrt()));
             }
-            Ok(miss)
+            Ok(defect)
         };
         // All of them are computed even if one fails, so that the counted work does not depend on the threads.
         let groups = values
             .chunks_mut(size * vectors * LEGS)
             .zip(back.chunks_mut(2 * size * LEGS));
         let each = LEGS as f64 * LEG * size as f64;
-        let misses = threads::map_parts(
+        let defects = threads::map_parts(
             groups,
             each,
             || chain.worker(),
             |worker, group, parts| Ok(some(worker, group, parts)),
         )?;
-        let mut miss = 0.0_f64;
-        for found in misses {
-            miss = miss.max(found?);
+        let mut defect = 0.0_f64;
+        for found in defects {
+            defect = defect.max(found?);
         }
-        Ok(Arrivals {
+        Ok(LegEnds {
             size,
             vectors,
             values,
             back,
-            miss,
+            defect,
         })
     }
 
@@ -367,22 +369,22 @@ impl Arrivals {
             chain.displacement_into(leg, &mut displacement);
             chain.carry_into(&mut worker, leg, Direction::Backward, end, &mut carried)?;
             let back = &mut back[2 * size * leg..][..2 * size];
-            let (distance, lag) = back.split_at_mut(size);
+            let (point_defect, velocity_defect) = back.split_at_mut(size);
             for i in 0..size {
-                distance[i] = h * velocity[i] - displacement[i];
-                lag[i] = h * (velocity[i] - carried[i]);
+                point_defect[i] = h * velocity[i] - displacement[i];
+                velocity_defect[i] = h * (velocity[i] - carried[i]);
             }
             let values = &mut values[size * vectors * leg..];
             for (back, value) in back.chunks_exact(size).zip(values.chunks_exact_mut(size)) {
                 chain.carry_into(&mut worker, leg, Direction::Forward, back, value)?;
             }
         }
-        Ok(Arrivals {
+        Ok(LegEnds {
             size,
             vectors,
             values,
             back,
-            miss: f64::INFINITY,
+            defect: f64::INFINITY,
         })
     }
 
@@ -392,12 +394,12 @@ impl Arrivals {
     }
 
     /// The distance from the next knot, carried back to the start of the leg.
-    pub(super) fn distance_back(&self, leg: usize) -> &[f64] {
+    pub(super) fn point_defect_back(&self, leg: usize) -> &[f64] {
         &self.back[2 * self.size * leg..][..self.size]
     }
 
     /// The velocity defect, carried back to the start of the leg.
-    pub(super) fn lag_back(&self, leg: usize) -> &[f64] {
+    pub(super) fn velocity_defect_back(&self, leg: usize) -> &[f64] {
         &self.back[self.size * (2 * leg + 1)..][..self.size]
     }
 }

@@ -318,8 +318,13 @@ fn motion(chain: &Framed<'_>, at: &[usize], found: &LeastCost) -> Motion {
         motion.velocity_mut(knot).copy_from_slice(velocity);
     }
     for (leg, h) in chain.lengths().iter().enumerate() {
-        let bends = &found.bends[2 * d * at[leg]..][..2 * d];
-        for (i, (out, x)) in motion.bend_mut(leg).iter_mut().zip(bends).enumerate() {
+        let derivatives = &found.derivatives[2 * d * at[leg]..][..2 * d];
+        for (i, (out, x)) in motion
+            .derivatives_mut(leg)
+            .iter_mut()
+            .zip(derivatives)
+            .enumerate()
+        {
             *out = x * h.powi(if i < d { 2 } else { 3 });
         }
     }

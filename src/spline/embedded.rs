@@ -10,8 +10,8 @@ use super::motion::Motion;
 use super::solution::{Effort, Solution, SolvedLegs};
 use crate::collocation::{self, Near};
 use crate::cubic::blocks::Sized;
-use crate::cubic::lazy_path::LazyPath;
-use crate::cubic::leg_path::leg_path;
+use crate::cubic::lazy_taylor::LazyTaylor;
+use crate::cubic::leg_taylor::leg_taylor;
 use crate::cubic::packing::entries;
 use crate::cubic::work::of_products;
 use crate::error::Result;
@@ -124,10 +124,12 @@ pub(super) trait InEmbedding: Chain {
                 motion.velocity_mut(knot).copy_from_slice(&v);
             }
             for leg in 0..legs {
-                let bends = solved
-                    .bends(leg)
-                    .map(|bend| self.vector_of(leg, bend.as_ref()));
-                motion.bend_mut(leg).copy_from_slice(&bends.concat());
+                let derivatives = solved
+                    .derivatives(leg)
+                    .map(|derivative| self.vector_of(leg, derivative.as_ref()));
+                motion
+                    .derivatives_mut(leg)
+                    .copy_from_slice(&derivatives.concat());
             }
         }
         let legs = report.converged.then(|| SolvedLegs {
@@ -166,13 +168,13 @@ pub(super) trait InEmbedding: Chain {
                 }
             };
             let (solved, tension) = (Arc::clone(&solved), tension * lengths[leg].powi(2));
-            let path = move || {
+            let taylor = move || {
                 let to_basis = to_basis.as_ref();
                 let dense = in_space!(blocks.shape(), |space| solved
                     .polynomials(space, leg, to_basis));
-                leg_path(&dense, 0, frame.as_ref(), blocks, columns, tension)
+                leg_taylor(&dense, 0, frame.as_ref(), blocks, columns, tension)
             };
-            Some((basis, LazyPath::of(path)))
+            Some((basis, LazyTaylor::of(taylor)))
         })
     }
 }

@@ -15,9 +15,9 @@ use super::motion::Motion;
 use super::solution::{Effort, Solution, SolvedLegs, Start};
 use crate::collocation::Near;
 use crate::cubic::blocks::Sized;
-use crate::cubic::lazy_path::LazyPath;
-use crate::cubic::leg_path::leg_path;
-use crate::cubic::path::Path;
+use crate::cubic::lazy_taylor::LazyTaylor;
+use crate::cubic::leg_taylor::leg_taylor;
+use crate::cubic::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::of_products;
 use crate::error::Result;
@@ -131,18 +131,18 @@ impl Framed<'_> {
     /// The fourth derivatives of a leg of a motion at some times, one matrix after another, and its end, by integration.
     fn near_leg(&self, motion: &Motion, leg: usize, times: &[f64]) -> Result<(Vec<f64>, Mat<f64>)> {
         const ORDERS: usize = 5;
-        let path = self.integrated_roughly(motion, leg)?;
-        let (rows, r, k) = (path.rows(), path.r(), self.columns());
+        let taylor = self.integrated_roughly(motion, leg)?;
+        let (rows, r, k) = (taylor.rows(), taylor.r(), self.columns());
         let mut series: [Vec<f64>; ORDERS] = std::array::from_fn(|_| vec![0.0; rows * k]);
         let mut values = Vec::with_capacity(times.len() * r * k);
         for t in times {
-            path.points_into(*t, &mut series.each_mut().map(Vec::as_mut_slice));
+            taylor.points_into(*t, &mut series.each_mut().map(Vec::as_mut_slice));
             let fourth = series[ORDERS - 1]
                 .chunks_exact(rows)
                 .flat_map(|column| &column[..r]);
             values.extend(fourth.map(|c| 24.0 * c));
         }
-        path.point_into(1.0, &mut series[0]);
+        taylor.point_into(1.0, &mut series[0]);
         let end = MatRef::from_column_major_slice(&series[0], rows, k);
         Ok((values, end.subrows(0, r).to_owned()))
     }
@@ -199,9 +199,9 @@ impl Framed<'_> {
         };
         let knot = space.dim() * (self.lengths().len() + 1);
         let mut motion = start.clone();
-        let (velocities, bends) = motion.entries.split_at_mut(knot);
+        let (velocities, derivatives) = motion.entries.split_at_mut(knot);
         let (report, curves) =
-            shooting::solve::<Lanes, _>(space, &knots, velocities, bends, &options)?;
+            shooting::solve::<Lanes, _>(space, &knots, velocities, derivatives, &options)?;
         Ok(Solution {
             motion,
             report,
@@ -211,16 +211,17 @@ impl Framed<'_> {
 
     /// `x'''` of a leg of a motion at some times, by integration.
     fn third_derivative(&self, motion: &Motion, leg: usize, times: &[f64]) -> Result<Vec<f64>> {
-        let path = self.integrated_roughly(motion, leg)?;
-        Ok(path.third_derivatives(times))
+        let taylor = self.integrated_roughly(motion, leg)?;
+        Ok(taylor.third_derivatives(times))
     }
 
-    fn integrated_roughly(&self, motion: &Motion, leg: usize) -> Result<Path> {
+    fn integrated_roughly(&self, motion: &Motion, leg: usize) -> Result<PiecewiseTaylor> {
         let (_, state) = self.state(leg, &motion.start(leg, self.lengths()[leg]));
-        let mut path = Path::at(state, Accuracy::of_tolerance(START_ACCURACY));
-        path.extend_to(1.0, Interrupt::NEVER)
+        let mut taylor = PiecewiseTaylor::at(state, Accuracy::of_tolerance(START_ACCURACY));
+        taylor
+            .extend_to(1.0, Interrupt::NEVER)
             .map_err(|error| error.at_knot(leg))?;
-        Ok(path)
+        Ok(taylor)
     }
 
     /// The curves of the legs.
@@ -229,10 +230,10 @@ impl Framed<'_> {
         let (tension, lengths) = (self.tension(), self.lengths().to_vec());
         let curves: Arc<dyn Curves> = curves.into();
         let known = Arc::clone(&curves);
-        let path = Arc::new(move |leg: usize| {
+        let taylor = Arc::new(move |leg: usize| {
             let (polynomials, which) = known.of_leg(leg);
             let tension = tension * lengths[leg].powi(2);
-            leg_path(
+            leg_taylor(
                 polynomials,
                 which,
                 Some(&frames[leg]),
@@ -245,8 +246,8 @@ impl Framed<'_> {
             polynomials: Some(curves),
             turns: None,
             piece: Arc::new(move |leg| {
-                let path = Arc::clone(&path);
-                Some((None, LazyPath::of(move || path(leg))))
+                let taylor = Arc::clone(&taylor);
+                Some((None, LazyTaylor::of(move || taylor(leg))))
             }),
         }
     }

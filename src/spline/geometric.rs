@@ -2,11 +2,10 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::bends::{Bends, add_quasi_geodesic_acceleration};
+use super::end_accelerations::{EndAccelerations, add_quasi_geodesic_acceleration};
 use super::ends::{End, EndConditions, Ends, check_ends};
-use super::flat::{matrix, matrix_mut, right_sides};
 use super::knots;
-use super::links::Links;
+use super::links::{Links, matrix, matrix_mut};
 use super::options::SplineOptions;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
@@ -31,8 +30,8 @@ const SOLVER: &str = "geometric spline";
 /// Number of past steps used by Anderson mixing.
 const DEPTH: usize = 5;
 
-/// Microseconds of the bends of a leg between rotations, and of a piece.
-const BEND: f64 = 5.0;
+/// Microseconds of the accelerations of a leg between rotations, and of a piece.
+const ACCELERATIONS: f64 = 5.0;
 const PIECE: f64 = 18.0;
 
 /// Minimal number of legs per group, and maximal number of groups: each group has its own buffers.
@@ -122,7 +121,7 @@ pub(super) struct Problem<'a> {
     links: Links,
     flat: Tridiagonal<1>,
     /// One per group of legs.
-    work: Vec<Bends>,
+    work: Vec<EndAccelerations>,
     shape: (usize, usize),
     interrupt: Interrupt<'a>,
 }
@@ -152,7 +151,9 @@ impl<'a> Problem<'a> {
         let groups = legs.div_ceil(group(legs));
         Ok(Problem {
             shape: (n, k),
-            work: (0..groups).map(|_| Bends::new(quotient, n, k)).collect(),
+            work: (0..groups)
+                .map(|_| EndAccelerations::new(quotient, n, k))
+                .collect(),
             links: Links::new(&knots.points, quotient)?,
             flat: Knots::of_points(&knots.lengths, &ends).flat_system()?,
             knots,
@@ -163,7 +164,7 @@ impl<'a> Problem<'a> {
 
     /// Solves for the velocities at the knots that have a separate one.
     fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<(Vec<f64>, SolverReport)> {
-        let mut velocities = right_sides(&self.links, &self.chain());
+        let mut velocities = self.links.right_sides(&self.chain());
         self.flat.solve(&mut self.links, &mut velocities)?;
         let mut found = self.residual(&velocities)?;
         let mut iterations = self.mix(&mut velocities, &mut found, tolerance, max_iterations)?;
@@ -240,8 +241,8 @@ impl<'a> Problem<'a> {
     }
 
     fn residual(&mut self, velocities: &[f64]) -> Result<Residual> {
-        let bends = self.bends(velocities)?;
-        let jumps = self.jumps(velocities, &bends);
+        let accelerations = self.accelerations(velocities)?;
+        let jumps = self.jumps(velocities, &accelerations);
         let (mut size, mut total) = (0.0_f64, 0.0);
         for (knot, jump) in jumps.chunks_exact(self.links.size()).enumerate() {
             let length = self.chain().shortest(knot).powi(2) * norm(jump);
@@ -257,33 +258,34 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Bends at the start and the end of every leg, in the time of the leg.
-    fn bends(&mut self, velocities: &[f64]) -> Result<Vec<f64>> {
+    /// EndAccelerations at the start and the end of every leg, in the time of the leg.
+    fn accelerations(&mut self, velocities: &[f64]) -> Result<Vec<f64>> {
         let (legs, size) = (self.knots.lengths.len(), self.shape.0 * self.shape.1);
         let group = group(legs);
         let mut all = vec![0.0; 2 * size * legs];
         let mut work = std::mem::take(&mut self.work);
-        let of_group = |(): &mut (), which: usize, (all, work): &mut (&mut [f64], &mut Bends)| {
-            for (i, out) in all.chunks_mut(2 * size).enumerate() {
-                let leg = which * group + i;
-                let bends = self.bends_of_leg(leg, velocities, work, out);
-                bends.map_err(|error| error.at_knot(leg))?;
-            }
-            Ok(())
-        };
+        let of_group =
+            |(): &mut (), which: usize, (all, work): &mut (&mut [f64], &mut EndAccelerations)| {
+                for (i, out) in all.chunks_mut(2 * size).enumerate() {
+                    let leg = which * group + i;
+                    let accelerations = self.accelerations_of_leg(leg, velocities, work, out);
+                    accelerations.map_err(|error| error.at_knot(leg))?;
+                }
+                Ok(())
+            };
         let groups = all.chunks_mut(2 * size * group).zip(&mut work);
-        let each = group as f64 * scaled(BEND, self.shape);
+        let each = group as f64 * scaled(ACCELERATIONS, self.shape);
         let done = threads::map_parts(groups, each, || (), of_group);
         self.work = work;
         done?;
         Ok(all)
     }
 
-    fn bends_of_leg(
+    fn accelerations_of_leg(
         &self,
         leg: usize,
         velocities: &[f64],
-        work: &mut Bends,
+        work: &mut EndAccelerations,
         out: &mut [f64],
     ) -> Result<()> {
         self.interrupt.check(SOLVER)?;
@@ -307,10 +309,11 @@ impl<'a> Problem<'a> {
     }
 
     /// The accelerations before the knots minus those after them; at an end, minus the given one.
-    fn jumps(&self, velocities: &[f64], bends: &[f64]) -> Vec<f64> {
+    fn jumps(&self, velocities: &[f64], accelerations: &[f64]) -> Vec<f64> {
         let (chain, size) = (self.chain(), self.links.size());
-        let bend = |leg: usize| [2 * leg, 2 * leg + 1].map(|end| &bends[end * size..][..size]);
-        let mut jumps = chain.jumps::<f64>(size, bend);
+        let ends =
+            |leg: usize| [2 * leg, 2 * leg + 1].map(|end| &accelerations[end * size..][..size]);
+        let mut jumps = chain.jumps::<f64>(size, ends);
         for (knot, jump) in jumps.chunks_exact_mut(size).enumerate() {
             if let Some((End::Acceleration(_), sign)) = chain.end_at(knot) {
                 let point = self.knots.points[knot].as_ref();

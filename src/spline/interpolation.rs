@@ -18,7 +18,7 @@
 //! with vectors carried from knot to knot along the quasi-geodesics, and `[x']` the acceleration before the knot minus
 //! the acceleration after it.
 
-use super::chain::{Arrivals, Carrying, Chain, square};
+use super::chain::{Carrying, Chain, LegEnds, square};
 use super::ends::Ends;
 use super::motion::Motion;
 use crate::cubic::taylor::Accuracy;
@@ -41,7 +41,7 @@ pub(super) struct Interpolation<'c, C> {
 
 /// Residuals of the equations.
 pub(super) struct Residual {
-    pub(super) arrivals: Arrivals,
+    pub(super) leg_ends: LegEnds,
     /// Jumps of the covariant acceleration at the knots, per unit of time squared: before minus after; at an end, minus
     /// the given one.
     pub(super) jumps: Vec<f64>,
@@ -73,8 +73,8 @@ impl<'c, C: Chain> Interpolation<'c, C> {
                 }
             }
         }
-        let arrivals = Arrivals::flat(self.chain, &motion, VECTORS)?;
-        let step = self.flat_step(&self.residual_of(&motion, arrivals))?;
+        let leg_ends = LegEnds::flat(self.chain, &motion, VECTORS)?;
+        let step = self.flat_step(&self.residual_of(&motion, leg_ends))?;
         motion.add(1.0, &step);
         Ok(motion)
     }
@@ -87,22 +87,22 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         accuracy: Accuracy,
         work: &Work,
     ) -> Result<Residual> {
-        let arrivals = Arrivals::of(self.chain, motion, VECTORS, accuracy, work)?;
-        Ok(self.residual_of(motion, arrivals))
+        let leg_ends = LegEnds::of(self.chain, motion, VECTORS, accuracy, work)?;
+        Ok(self.residual_of(motion, leg_ends))
     }
 
-    fn residual_of(&self, motion: &Motion, arrivals: Arrivals) -> Residual {
+    fn residual_of(&self, motion: &Motion, leg_ends: LegEnds) -> Residual {
         let d = self.chain.size();
-        let accelerations = |leg: usize| [&motion.bend(leg)[..d], arrivals.vector(leg, 2)];
+        let accelerations = |leg: usize| [&motion.derivatives(leg)[..d], leg_ends.vector(leg, 2)];
         let jumps = self.knots.jumps::<f64>(d, accelerations);
-        let mut size = arrivals.miss;
+        let mut size = leg_ends.defect;
         for (knot, jump) in jumps.chunks_exact(d).enumerate() {
             let jump = self.knots.shortest(knot).powi(2) * square(jump).sqrt();
             // NaN is propagated.
             size = if jump <= size { size } else { jump };
         }
         Residual {
-            arrivals,
+            leg_ends,
             jumps,
             size,
         }
@@ -112,7 +112,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     pub(super) fn total(&self, found: &Residual) -> f64 {
         let d = self.chain.size();
         let legs = (0..self.chain.lengths().len()).map(|leg| {
-            square(found.arrivals.vector(leg, 0)) + square(found.arrivals.vector(leg, 1))
+            square(found.leg_ends.vector(leg, 0)) + square(found.leg_ends.vector(leg, 1))
         });
         let jumps = found.jumps.chunks_exact(d).enumerate();
         let jumps = jumps.map(|(knot, jump)| self.knots.shortest(knot).powi(4) * square(jump));
@@ -144,7 +144,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         let mut worker = self.chain.worker();
         let mut right = self.right_sides(found, |[before, after], right| {
             if let Some(leg) = before {
-                let (r, w) = (found.arrivals.vector(leg, 0), found.arrivals.vector(leg, 1));
+                let (r, w) = (found.leg_ends.vector(leg, 0), found.leg_ends.vector(leg, 1));
                 add(right, -6.0 * lengths[leg].powi(-2), r);
                 add(right, 4.0 * lengths[leg].powi(-2), w);
             }
@@ -152,12 +152,12 @@ impl<'c, C: Chain> Interpolation<'c, C> {
                 add(
                     right,
                     -6.0 * lengths[leg].powi(-2),
-                    found.arrivals.distance_back(leg),
+                    found.leg_ends.point_defect_back(leg),
                 );
                 add(
                     right,
                     2.0 * lengths[leg].powi(-2),
-                    found.arrivals.lag_back(leg),
+                    found.leg_ends.velocity_defect_back(leg),
                 );
             }
         });
@@ -177,10 +177,10 @@ impl<'c, C: Chain> Interpolation<'c, C> {
             self.chain
                 .carry_into(&mut worker, leg, Direction::Backward, next, &mut carried)?;
             let (r, w) = (
-                found.arrivals.distance_back(leg),
-                found.arrivals.lag_back(leg),
+                found.leg_ends.point_defect_back(leg),
+                found.leg_ends.velocity_defect_back(leg),
             );
-            let (first, second) = step.bend_mut(leg).split_at_mut(d);
+            let (first, second) = step.derivatives_mut(leg).split_at_mut(d);
             for i in 0..d {
                 let from = h * right[d * leg + i];
                 let p = -r[i] - from;

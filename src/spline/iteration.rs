@@ -159,7 +159,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     }
 
     fn goal(&self, tolerance: f64) -> f64 {
-        tolerance.max(ROUND_OFF * self.motion.largest_bend())
+        tolerance.max(ROUND_OFF * self.motion.largest_derivative())
     }
 
     /// Takes one step; returns a reason if no step is possible.

@@ -29,12 +29,12 @@ pub(super) struct Linearised {
 }
 
 /// The change of a leg's `(x', x'')` is `before dv_j + after dv_{j+1}` minus `inverse` times the leg's defects;
-/// likewise for its last acceleration, with `by_bend` for the contribution of the defects.
+/// likewise for its last acceleration, with `by_derivatives` for the contribution of the defects.
 struct LinearLeg {
     inverse: Mat<f64>,
     before: Mat<f64>,
     after: Mat<f64>,
-    by_bend: Mat<f64>,
+    by_derivatives: Mat<f64>,
     arrival: [Mat<f64>; 2],
 }
 
@@ -111,20 +111,25 @@ impl<C: Chain> Interpolation<'_, C> {
         let (d, legs) = (self.chain.size(), linear.legs.len());
         let mut step = Motion::zeros(d, legs + 1);
         for (i, leg) in linear.legs.iter().enumerate() {
-            let (inverse, miss) = (leg.inverse.as_ref(), step.bend_mut(i));
+            let (inverse, miss) = (leg.inverse.as_ref(), step.derivatives_mut(i));
             for (part, which) in [(0, 0), (d, 1)] {
                 let columns = inverse.subcols(part, d).to_owned();
-                add_product(-1.0, &columns, found.arrivals.vector(i, which), miss);
+                add_product(-1.0, &columns, found.leg_ends.vector(i, which), miss);
             }
         }
         let mut right = self.right_sides(found, |[before, after], right| {
             if let Some(leg) = before {
                 let Scale(rate) = self.rate(leg);
-                add_product(-rate, &linear.legs[leg].by_bend, step.bend(leg), right);
+                add_product(
+                    -rate,
+                    &linear.legs[leg].by_derivatives,
+                    step.derivatives(leg),
+                    right,
+                );
             }
             if let Some(leg) = after {
                 let Scale(rate) = self.rate(leg);
-                for (right, first) in right.iter_mut().zip(step.bend(leg)) {
+                for (right, first) in right.iter_mut().zip(step.derivatives(leg)) {
                     *right += rate * first;
                 }
             }
@@ -134,9 +139,9 @@ impl<C: Chain> Interpolation<'_, C> {
             right.extend_from_within(..d);
         }
         for (i, leg) in linear.legs.iter().enumerate() {
-            let bend = step.bend_mut(i);
-            add_product(1.0, &leg.before, &right[d * i..], bend);
-            add_product(1.0, &leg.after, &right[d * (i + 1)..], bend);
+            let derivative = step.derivatives_mut(i);
+            add_product(1.0, &leg.before, &right[d * i..], derivative);
+            add_product(1.0, &leg.after, &right[d * (i + 1)..], derivative);
         }
         step.entries[..right.len()].copy_from_slice(&right);
         step.entries
@@ -153,10 +158,13 @@ impl LinearLeg {
         let inverse = solve_matrix(ends.subcols(d, 2 * d), identity.as_ref())?;
         let before = &inverse * ends.subcols(0, d) * Scale(-h);
         let after = inverse.as_ref().subcols(d, d) * Scale(h);
-        let (by_velocity, by_bend) = acceleration.split_at_col(d);
+        let (by_velocity, by_derivatives) = acceleration.split_at_col(d);
         Some(LinearLeg {
-            arrival: [by_bend * &before + by_velocity * Scale(h), by_bend * &after],
-            by_bend: by_bend.to_owned(),
+            arrival: [
+                by_derivatives * &before + by_velocity * Scale(h),
+                by_derivatives * &after,
+            ],
+            by_derivatives: by_derivatives.to_owned(),
             inverse,
             before,
             after,

@@ -4,8 +4,10 @@
 use faer::{Mat, MatMut, MatRef};
 
 use super::chain::{JOIN, Joint, joint};
-use super::flat::{matrix, matrix_mut};
 use crate::error::Result;
+use crate::legs::{End, Knots};
+use crate::linalg::field::add;
+use crate::linalg::product::axpy;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::carrier::Carrier;
 use crate::manifold::quasi_geodesic::EndpointProblem;
@@ -77,6 +79,40 @@ impl Links {
         &self.links[link].displacements[1]
     }
 
+    /// The right-hand sides of a cubic spline of flat space, of `n k` entries per knot, for the velocities at the knots; given
+    /// velocities and accelerations enter the equations of their knots.
+    ///
+    /// ```math
+    /// \frac{2 v_{i-1} + 4 v_i}{h_-} + \frac{4 v_i + 2 v_{i+1}}{h_+}
+    ///     = 6 \Bigl( \frac{\Delta_-}{h_-^2} + \frac{\Delta_+}{h_+^2} \Bigr)
+    /// ```
+    ///
+    /// with the displacements of the links, carried from knot to knot.
+    pub(super) fn right_sides(&self, knots: &Knots<'_>) -> Vec<f64> {
+        let (count, size) = (knots.count(), self.size());
+        let mut right = vec![0.0; count * size];
+        for (leg, h) in knots.lengths.iter().enumerate() {
+            for (knot, displacement) in
+                [(leg, self.first(leg)), ((leg + 1) % count, self.last(leg))]
+            {
+                let here = &mut right[knot * size..][..size];
+                axpy(
+                    matrix_mut(here, displacement.shape()),
+                    6.0 / (h * h),
+                    displacement,
+                );
+            }
+        }
+        for (knot, right) in right.chunks_exact_mut(size).enumerate() {
+            match knots.end_at(knot) {
+                Some((End::Velocity(v), _)) => right.copy_from_slice(v),
+                Some((End::Acceleration(a), sign)) => add(right, -sign, a),
+                None => {}
+            }
+        }
+        right
+    }
+
     /// Carries a vector from one end of a link to the other.
     pub(super) fn carry(
         &mut self,
@@ -108,4 +144,14 @@ impl Isometries for Links {
         self.carry(link, matrix(from, shape), matrix_mut(to, shape), way);
         Ok(())
     }
+}
+
+/// The entries of a vector as a matrix, in column-major order.
+pub(super) fn matrix(entries: &[f64], shape: (usize, usize)) -> MatRef<'_, f64> {
+    MatRef::from_column_major_slice(entries, shape.0, shape.1)
+}
+
+/// As [`matrix`], mutable.
+pub(super) fn matrix_mut(entries: &mut [f64], shape: (usize, usize)) -> MatMut<'_, f64> {
+    MatMut::from_column_major_slice_mut(entries, shape.0, shape.1)
 }

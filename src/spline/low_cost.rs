@@ -95,8 +95,8 @@ pub(super) fn solved(
 fn cost(chain: &Framed<'_>, solution: &Solution, interrupt: Interrupt<'_>) -> Result<f64> {
     let mut sum = 0.0;
     for (leg, h) in chain.lengths().iter().enumerate() {
-        let (_, path) = piece(chain, leg, solution, interrupt)?;
-        sum += path.cost(0.0, 1.0) / h.powi(3);
+        let (_, taylor) = piece(chain, leg, solution, interrupt)?;
+        sum += taylor.cost(0.0, 1.0) / h.powi(3);
     }
     Ok(sum)
 }

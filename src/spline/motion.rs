@@ -10,7 +10,7 @@ use crate::solve::gmres::norm;
 pub(super) struct Motion {
     size: usize,
     knots: usize,
-    /// Velocities, then bends (accelerations and third vectors).
+    /// Velocities, then accelerations and third vectors.
     pub(super) entries: Vec<f64>,
 }
 
@@ -45,24 +45,28 @@ impl Motion {
     }
 
     /// Acceleration and third vector at the start of a leg.
-    pub(super) fn bend(&self, leg: usize) -> &[f64] {
+    pub(super) fn derivatives(&self, leg: usize) -> &[f64] {
         &self.entries[self.size * (self.knots + 2 * leg)..][..2 * self.size]
     }
 
-    pub(super) fn bend_mut(&mut self, leg: usize) -> &mut [f64] {
+    pub(super) fn derivatives_mut(&mut self, leg: usize) -> &mut [f64] {
         &mut self.entries[self.size * (self.knots + 2 * leg)..][..2 * self.size]
     }
 
     /// The largest entry of an acceleration or a third vector.
-    pub(super) fn largest_bend(&self) -> f64 {
-        let bends = &self.entries[self.size * self.knots..];
-        bends.iter().fold(0.0, |largest, x| largest.max(x.abs()))
+    pub(super) fn largest_derivative(&self) -> f64 {
+        let derivatives = &self.entries[self.size * self.knots..];
+        derivatives
+            .iter()
+            .fold(0.0, |largest, x| largest.max(x.abs()))
     }
 
     /// Velocity, acceleration and third vector at the start of a leg of length `h`, in the time of the leg.
     pub(super) fn start(&self, leg: usize, h: f64) -> Vec<f64> {
         let velocity = self.velocity(leg).iter().map(|v| h * v);
-        velocity.chain(self.bend(leg).iter().copied()).collect()
+        velocity
+            .chain(self.derivatives(leg).iter().copied())
+            .collect()
     }
 
     pub(super) fn add(&mut self, share: f64, step: &[f64]) {
@@ -72,9 +76,9 @@ impl Motion {
     }
 
     /// Adds a fraction of a step to the accelerations and third vectors only.
-    pub(super) fn add_bends(&mut self, share: f64, step: &[f64]) {
-        let bends = &mut self.entries[self.size * self.knots..];
-        for (entry, step) in bends.iter_mut().zip(step) {
+    pub(super) fn add_derivatives(&mut self, share: f64, step: &[f64]) {
+        let derivatives = &mut self.entries[self.size * self.knots..];
+        for (entry, step) in derivatives.iter_mut().zip(step) {
             *entry += share * step;
         }
     }

@@ -22,8 +22,8 @@ use super::ambient::Ambient;
 use super::bases::joined;
 use super::chain::{Movable, Space, pieces};
 use super::ends::EndConditions;
-use super::fit::{Data, Fit, work_of_balance};
 use super::framed::{Framed, frames};
+use super::generalised_cross_validation::GeneralisedCrossValidation;
 use super::grouped::Grouped;
 use super::knots;
 use super::options::{MAX_ITERATIONS, SplineOptions};
@@ -31,8 +31,8 @@ use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
 use super::riemannian::check_complex;
 use super::riemannian::cubic_spline;
+use super::smoothing_equations::{Data, SmoothingEquations, work_of_balance};
 use super::straight::Straight;
-use super::validation::Validation;
 use crate::cubic::{IntegrationOptions, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
@@ -400,7 +400,7 @@ fn solve<C: Movable>(
 ) -> Result<Solved> {
     let (chain, seem) = (through(points)?, appearance(options.quotient, points));
     let work = options.spline().work(TRIALS, work_of_balance(&chain), seem);
-    let validation = Validation::new(&chain, data, &work)?;
+    let validation = GeneralisedCrossValidation::new(&chain, data, &work)?;
     let lambda = match lambda {
         Some(lambda) => lambda,
         None => validation.best()?,
@@ -409,7 +409,7 @@ fn solve<C: Movable>(
     let degrees_of_freedom = flat.degrees_of_freedom(chain.lengths())?;
     let straight = Straight::nearest(chain.lengths(), data, options.quotient, options.interrupt)?;
     let attempt = |chain: C| -> Result<Solved> {
-        let mut fit = Fit::new(chain, data, flat.clone(), &work)?;
+        let mut fit = SmoothingEquations::new(chain, data, flat.clone(), &work)?;
         let mut report = fit.solve(options.tolerance, options.max_iterations)?;
         let mut found = Vec::new();
         if report.converged {

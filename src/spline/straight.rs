@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::fit::Data;
+use super::smoothing_equations::Data;
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;

@@ -114,13 +114,13 @@ impl<'a> SubspaceProblem<'a> {
     /// `(n, k)`, or that of [`SubspaceProblem::solve`] if it finds none.
     ///
     /// # Errors
-    /// As [`SubspaceProblem::bends_of`] and [`SubspaceProblem::solve`].
+    /// As [`SubspaceProblem::derivatives_of`] and [`SubspaceProblem::solve`].
     pub(super) fn near(&self, guess: Guess<'_>) -> Result<Solution> {
-        let bends = self.bends_of(guess)?;
+        let derivatives = self.derivatives_of(guess)?;
         if self.is_at_rest() {
             return self.solve();
         }
-        let start = self.motion_with(&bends);
+        let start = self.motion_with(&derivatives);
         let work = self.work();
         let effort = Effort::new(&self.options, &work);
         let found = self.chain.solve(&self.ends, Start::Near(start), effort);
@@ -142,25 +142,25 @@ impl<'a> SubspaceProblem<'a> {
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotHorizontal`.
-    pub(super) fn bends_of(&self, (a, j): Guess<'_>) -> Result<Vec<f64>> {
+    pub(super) fn derivatives_of(&self, (a, j): Guess<'_>) -> Result<Vec<f64>> {
         let manifold = Grassmann::of("S0", self.y0)?;
         self.options.field.check([a, j])?;
-        let mut bends = Vec::new();
+        let mut derivatives = Vec::new();
         for (name, vector) in [("A", a), ("J", j)] {
             manifold.check_tangent(name, self.y0, vector, TANGENT_TOLERANCE)?;
             let low = self.knots.down(0, self.span.down(vector).as_ref());
             let frame = &self.chain.frames()[0];
             let kind = self.chain.blocks().kind();
-            bends.extend(coordinates(kind, frame.as_ref(), low.as_ref()));
+            derivatives.extend(coordinates(kind, frame.as_ref(), low.as_ref()));
         }
         // The jerk is the third vector: brackets of horizontal vectors only rotate bases.
-        Ok(bends)
+        Ok(derivatives)
     }
 
     /// The motion with given acceleration and third vector at its start, in coordinates.
-    pub(super) fn motion_with(&self, bends: &[f64]) -> Motion {
+    pub(super) fn motion_with(&self, derivatives: &[f64]) -> Motion {
         let mut motion = descent::resting(&self.chain, &self.ends);
-        motion.bend_mut(0).copy_from_slice(bends);
+        motion.derivatives_mut(0).copy_from_slice(derivatives);
         motion
     }
 

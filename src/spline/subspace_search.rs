@@ -119,12 +119,12 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
     let mut found = Found::new(options.distinct);
     let mut try_start = |start: Start| -> Result<()> {
         if let Some(solution) = solved(chain, ends, start, effort)? {
-            found.add((solution.motion.bend(0).to_vec(), solution));
+            found.add((solution.motion.derivatives(0).to_vec(), solution));
         }
         Ok(())
     };
     try_start(match options.boundary.guess {
-        Some(guess) => Start::Near(problem.motion_with(&problem.bends_of(guess)?)),
+        Some(guess) => Start::Near(problem.motion_with(&problem.derivatives_of(guess)?)),
         None => Start::Flat,
     })?;
     let mut courses = Vec::from(descent::starts(chain, ends)?);
@@ -145,8 +145,8 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
         if work.is_done() {
             break;
         }
-        let bends = scattered(flat.bend(0), speeds(&flat), attempt, &mut random);
-        try_start(Start::Near(problem.motion_with(&bends)))?;
+        let derivatives = scattered(flat.derivatives(0), speeds(&flat), attempt, &mut random);
+        try_start(Start::Near(problem.motion_with(&derivatives)))?;
     }
     let report = SolverReport::new(effort.reason(0), 0, f64::INFINITY, effort.tolerance);
     Ok((found, report))

@@ -3,9 +3,8 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::ends::{EndConditions, Ends, check_ends};
-use super::flat::{matrix, right_sides};
 use super::knots;
-use super::links::Links;
+use super::links::{Links, matrix};
 use super::reduced_knots::ReducedKnots;
 use crate::cubic::packing::entries;
 use crate::error::Result;
@@ -185,7 +184,7 @@ impl Slopes<'_> {
     }
 
     fn natural(mut self) -> Result<Vec<Mat<f64>>> {
-        let mut all = right_sides(&self.links, &self.chain);
+        let mut all = self.links.right_sides(&self.chain);
         self.chain.flat_system()?.solve(&mut self.links, &mut all)?;
         let velocities = all.chunks(self.links.size());
         Ok(velocities

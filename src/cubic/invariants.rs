@@ -24,7 +24,7 @@ impl RiemannianCubic {
     /// shape `(n, k)`.
     ///
     /// # Accuracy
-    /// Accurate to round-off where the path starts or ends at that time; otherwise as accurate as [`Curve::jerk`].
+    /// Accurate to round-off where the polynomials start or end at that time; otherwise as accurate as [`Curve::jerk`].
     /// # Errors
     /// `Overflow`.
     pub fn initial(&self) -> Result<[Mat<f64>; 4]> {
@@ -67,10 +67,10 @@ impl RiemannianCubic {
         Ok(data.each_ref().map(entries))
     }
 
-    /// The same where the path starts or ends at that time.
+    /// The same where the polynomials start or end at that time.
     fn tangents_at_end(&self, t: f64) -> Option<[Vec<f64>; 4]> {
-        let state = self.state_of_path(t)?;
-        let (r, k) = (self.path.r(), self.k());
+        let state = self.state_of_taylor(t)?;
+        let (r, k) = (self.taylor.r(), self.k());
         let (s, e) = (columns(state.s(), r), columns(state.e(), r));
         let tangent = |order: usize| {
             let mut v = vec![0.0; r * k];
@@ -88,7 +88,7 @@ impl RiemannianCubic {
                 }
             }
             for x in &mut v {
-                *x = self.clock.derivative(*x, order);
+                *x = self.time_map.derivative(*x, order);
             }
             let Some(frame) = self.frame() else {
                 return v;
@@ -100,10 +100,10 @@ impl RiemannianCubic {
         Some(std::array::from_fn(tangent))
     }
 
-    /// The state of the path at a time of the curve, if it starts or ends there.
-    pub(super) fn state_of_path(&self, t: f64) -> Option<&State> {
-        let moment = self.clock.path_time(t);
-        let ends = self.path.ends();
+    /// The state of the polynomials at a time of the curve, if they start or end there.
+    pub(super) fn state_of_taylor(&self, t: f64) -> Option<&State> {
+        let moment = self.time_map.taylor_time(t);
+        let ends = self.taylor.ends();
         ends.into_iter().find(|state| state.time == moment)
     }
 
@@ -117,9 +117,9 @@ impl RiemannianCubic {
     /// `Overflow`.
     pub fn energy(&self) -> Result<f64> {
         // <[x, x'], x> = 0, so the other part of the jerk does not contribute.
-        let [x, a, second] = self.vectors(self.path.ends()[0]);
-        let energy = 0.5 * (a.inner(&a) + self.path.tension() * x.inner(&x)) - second.inner(&x);
-        let energy = self.clock.derivative(energy, 4);
+        let [x, a, second] = self.vectors(self.taylor.ends()[0]);
+        let energy = 0.5 * (a.inner(&a) + self.taylor.tension() * x.inner(&x)) - second.inner(&x);
+        let energy = self.time_map.derivative(energy, 4);
         if energy.is_finite() {
             return Ok(energy);
         }
@@ -143,10 +143,10 @@ impl RiemannianCubic {
                 found: n as f64,
             });
         }
-        let (r, k) = (self.path.r(), self.k());
-        let start = self.path.ends()[0];
+        let (r, k) = (self.taylor.r(), self.k());
+        let start = self.taylor.ends()[0];
         let [x, a, second] = self.vectors(start);
-        let second = second.plus(-self.path.tension(), &x);
+        let second = second.plus(-self.taylor.tension(), &x);
         let turning = &a.normal * x.normal.transpose() - &x.normal * a.normal.transpose();
         let first = match self.quotient() {
             Quotient::Frames => -&second.omega,
@@ -169,10 +169,10 @@ impl RiemannianCubic {
         Ok(momentum)
     }
 
-    /// Converts a derivative with respect to the path's time to the curve's time.
+    /// Converts a derivative with respect to the time of the polynomials to the curve's time.
     fn in_curve_time(&self, mut a: Mat<f64>, order: usize) -> Mat<f64> {
         for entry in a.col_iter_mut().flat_map(|column| column.iter_mut()) {
-            *entry = self.clock.derivative(*entry, order);
+            *entry = self.time_map.derivative(*entry, order);
         }
         a
     }
@@ -184,9 +184,9 @@ impl RiemannianCubic {
         }
     }
 
-    /// `x, x', x''` with respect to the time of the path.
+    /// `x, x', x''` with respect to the time of the polynomials.
     fn vectors(&self, state: &State) -> [Horizontal; 3] {
-        let (k, m) = (self.k(), self.path.r() - self.k());
+        let (k, m) = (self.k(), self.taylor.r() - self.k());
         std::array::from_fn(|i| Horizontal {
             omega: Mat::from_fn(k, k, |row, col| state.omega(i)[row + k * col]),
             normal: Mat::from_fn(m, k, |row, col| state.b(i)[row + m * col]),

@@ -1,8 +1,8 @@
 //! Generalised cross-validation of smoothing splines, in flat space, to which the data are unrolled.
 
 use super::chain::Movable;
-use super::fit::Data;
-use super::flat_smoothing::FlatSmoothing;
+use super::smoothing_equations::Data;
+use super::smoothing_preconditioner::SmoothingPreconditioner;
 use crate::cubic::work::Work;
 use crate::error::{Error, Result};
 use crate::linalg::field::add;
@@ -15,7 +15,7 @@ const PER_DECADE: f64 = 2.0;
 const REFINEMENTS: usize = 24;
 
 /// The problem in flat space.
-pub(super) struct Validation<'c, 'd, C> {
+pub(super) struct GeneralisedCrossValidation<'c, 'd, C> {
     chain: &'c C,
     data: &'d Data,
     /// Displacements from the first datum at each knot to all data there.
@@ -23,13 +23,13 @@ pub(super) struct Validation<'c, 'd, C> {
     weights: Vec<f64>,
 }
 
-impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
+impl<'c, 'd, C: Movable> GeneralisedCrossValidation<'c, 'd, C> {
     /// Built for a chain through the first datum of each knot.
     ///
     /// # Errors
     /// An error if data at one knot are too far apart.
     pub(super) fn new(chain: &'c C, data: &'d Data, work: &Work) -> Result<Self> {
-        Ok(Validation {
+        Ok(GeneralisedCrossValidation {
             chain,
             data,
             displacements: data.displacements(chain, work)?,
@@ -41,8 +41,8 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
     ///
     /// # Errors
     /// `InvalidArgument` (times so unequal that the arithmetic overflows or underflows).
-    pub(super) fn flat(&self, lambda: f64) -> Result<FlatSmoothing> {
-        FlatSmoothing::new(self.chain.lengths(), self.weights.clone(), lambda)
+    pub(super) fn flat(&self, lambda: f64) -> Result<SmoothingPreconditioner> {
+        SmoothingPreconditioner::new(self.chain.lengths(), self.weights.clone(), lambda)
     }
 
     /// `N` times the weighted sum of squared residuals, divided by the square of `N` minus the degrees of freedom.

@@ -1,33 +1,33 @@
-//! The affine map from the time of a curve to the time in which its path is stored.
+//! The affine map from the time of a curve to the time of its Taylor polynomials.
 //!
-//! A path is computed in the natural time of its data, in which velocity, acceleration and jerk are at most about one,
+//! They are computed in the natural time of its data, in which velocity, acceleration and jerk are at most about one,
 //! so that very slow and very fast data neither underflow nor overflow. Reparametrisation is free and exact.
 
 use crate::error::{Error, Result};
 
-/// `path time = path + rate (t - curve)`.
+/// `Taylor time = taylor + rate (t - curve)`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Clock {
+pub(super) struct TimeMap {
     pub(super) rate: f64,
-    /// A time of the curve, and the corresponding time of the path.
+    /// A time of the curve, and the corresponding time of the polynomials.
     pub(super) curve: f64,
-    pub(super) path: f64,
+    pub(super) taylor: f64,
 }
 
-impl Clock {
-    /// Both times start at zero; one unit of the curve's time is `rate` units of the path's.
+impl TimeMap {
+    /// Both times start at zero; one unit of the curve's time is `rate` units of the polynomials'.
     pub(super) fn new(rate: f64) -> Self {
-        Clock {
+        TimeMap {
             rate,
             curve: 0.0,
-            path: 0.0,
+            taylor: 0.0,
         }
     }
 
-    /// The time of the path; finite for every finite `t`.
+    /// The time of the polynomials; finite for every finite `t`.
     #[inline(always)]
-    pub(super) fn path_time(&self, t: f64) -> f64 {
-        (self.path + self.rate * (t - self.curve)).clamp(f64::MIN, f64::MAX)
+    pub(super) fn taylor_time(&self, t: f64) -> f64 {
+        (self.taylor + self.rate * (t - self.curve)).clamp(f64::MIN, f64::MAX)
     }
 
     /// Whether both run in the same direction.
@@ -44,17 +44,17 @@ impl Clock {
         (0..order).fold(value, |value, _| value * self.rate)
     }
 
-    /// Converts a duration from the time of the path to the time of the curve.
+    /// Converts a duration from the time of the polynomials to the time of the curve.
     pub(super) fn curve_length(&self, length: f64) -> f64 {
         (length / self.rate.abs()).min(f64::MAX)
     }
 
-    /// The clock after the curve's interval `from` has become `to`.
+    /// The time_map after the curve's interval `from` has become `to`.
     ///
     /// # Errors
     /// `InvalidArgument` if the ratio of the lengths is not a normal number.
     pub(super) fn reparametrised(&self, from: (f64, f64), to: (f64, f64)) -> Result<Self> {
-        // In this order, since the length in the time of the path is of moderate size.
+        // In this order, since the length in the time of the polynomials is of moderate size.
         let rate = self.rate * (from.1 - from.0) / (to.1 - to.0);
         if !rate.is_normal() {
             return Err(Error::InvalidArgument {
@@ -63,19 +63,19 @@ impl Clock {
                 found: to.1,
             });
         }
-        Ok(Clock {
+        Ok(TimeMap {
             rate,
             curve: to.0,
-            path: self.path_time(from.0),
+            taylor: self.taylor_time(from.0),
         })
     }
 
-    /// The clock of the curve reversed over the same interval.
+    /// The time_map of the curve reversed over the same interval.
     pub(super) fn reversed(&self, span: (f64, f64)) -> Self {
-        Clock {
+        TimeMap {
             rate: -self.rate,
             curve: span.0,
-            path: self.path_time(span.1),
+            taylor: self.taylor_time(span.1),
         }
     }
 }

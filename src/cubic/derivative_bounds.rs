@@ -30,7 +30,7 @@
 //! Numbers for which the right-hand sides are smaller than the left-hand ones are bounds, since the norms would have to
 //! exceed them first on the way from an end. Intervals whose bounds are too far above the largest sample are halved.
 //!
-//! Everything is computed on the Lie algebra, in the natural time of the path, from the series of `x` with `g' = g x`:
+//! Everything is computed on the Lie algebra, in the natural time of the curve, from the series of `x` with `g' = g x`:
 //!
 //! ```math
 //! V = x,\qquad A = x',\qquad J = x'' + \tfrac12 [x, x']_m,\qquad
@@ -50,9 +50,9 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::clock::Clock;
 use super::initial::Horizontal;
-use super::path::Path;
+use super::piecewise_taylor::PiecewiseTaylor;
+use super::time_map::TimeMap;
 use crate::curve::{DerivativeBounds, Guarantee};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -89,7 +89,7 @@ const MAX_INTERVALS: usize = 1 << 16;
 /// Maximal number of iterations for the bounds of one interval; the first guess is 1/8 too large.
 const MAX_ROUNDS: usize = 8;
 
-/// The state at one time of the path.
+/// The state at one time.
 #[derive(Clone)]
 struct Sample {
     t: f64,
@@ -103,15 +103,15 @@ struct Sample {
 /// # Errors
 /// `NoConvergence` if too many intervals would be needed; `Overflow`, `Interrupted`.
 pub(super) fn enclosed(
-    path: &Path,
-    clock: Clock,
+    taylor: &PiecewiseTaylor,
+    time_map: TimeMap,
     span: (f64, f64),
     interrupt: Interrupt<'_>,
 ) -> Result<DerivativeBounds> {
-    let ends = [span.0, span.1].map(|t| clock.path_time(t));
-    let bounds = in_path_time(path, ends, interrupt)?;
+    let ends = [span.0, span.1].map(|t| time_map.taylor_time(t));
+    let bounds = in_taylor_time(taylor, ends, interrupt)?;
     let [velocity, acceleration, jerk] =
-        [0, 1, 2].map(|i| clock.derivative(bounds[i], i + 1).abs());
+        [0, 1, 2].map(|i| time_map.derivative(bounds[i], i + 1).abs());
     if !(velocity.is_finite() && acceleration.is_finite() && jerk.is_finite()) {
         return Err(Error::Overflow { quantity: SOLVER });
     }
@@ -123,8 +123,12 @@ pub(super) fn enclosed(
     })
 }
 
-fn in_path_time(path: &Path, ends: [f64; 2], interrupt: Interrupt<'_>) -> Result<[f64; 3]> {
-    let mut sampler = Sampler::new(path);
+fn in_taylor_time(
+    taylor: &PiecewiseTaylor,
+    ends: [f64; 2],
+    interrupt: Interrupt<'_>,
+) -> Result<[f64; 3]> {
+    let mut sampler = Sampler::new(taylor);
     let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
     let mut waiting = vec![(sampler.at(low), sampler.at(high))];
     let mut largest = [0.0_f64; 3];
@@ -140,7 +144,7 @@ fn in_path_time(path: &Path, ends: [f64; 2], interrupt: Interrupt<'_>) -> Result
     while let Some((a, b)) = waiting.pop() {
         interrupt.check(SOLVER)?;
         let (limit, width) = (limits(largest, high - low), b.t - a.t);
-        if let Some(found) = interval_bounds(&a, &b, width, path)
+        if let Some(found) = interval_bounds(&a, &b, width, taylor)
             && found
                 .iter()
                 .zip(limit)
@@ -182,24 +186,24 @@ fn limits(norms: [f64; 3], length: f64) -> [f64; 3] {
 }
 
 struct Sampler<'a> {
-    path: &'a Path,
+    taylor: &'a PiecewiseTaylor,
     /// Taylor coefficients of `x`.
     coefficients: [Vec<f64>; 3],
 }
 
 impl<'a> Sampler<'a> {
-    fn new(path: &'a Path) -> Self {
-        let size = path.r() * path.blocks.k;
+    fn new(taylor: &'a PiecewiseTaylor) -> Self {
+        let size = taylor.r() * taylor.blocks.k;
         Sampler {
-            path,
+            taylor,
             coefficients: std::array::from_fn(|_| vec![0.0; size]),
         }
     }
 
     fn at(&mut self, t: f64) -> Sample {
-        let (k, m) = (self.path.blocks.k, self.path.blocks.m);
+        let (k, m) = (self.taylor.blocks.k, self.taylor.blocks.m);
         let mut targets = self.coefficients.each_mut().map(Vec::as_mut_slice);
-        self.path.vectors_into(t, &mut targets);
+        self.taylor.vectors_into(t, &mut targets);
         self.coefficients[2].iter_mut().for_each(|x| *x *= 2.0);
         let [x, a, second] = self.coefficients.each_ref().map(|entries| {
             let (omega, normal) = entries.split_at(k * k);
@@ -208,25 +212,25 @@ impl<'a> Sampler<'a> {
                 normal: MatRef::from_column_major_slice(normal, m, k).to_owned(),
             }
         });
-        let (jerk, bend) = match self.path.quotient() {
+        let (jerk, snap) = match self.taylor.quotient() {
             Quotient::Frames => {
                 let bracket = x.bracket(&a);
-                (second.plus(0.5, &bracket), bend(&x, &a, &bracket))
+                (second.plus(0.5, &bracket), snap(&x, &a, &bracket))
             }
-            Quotient::Subspaces => (second, bend_of_subspaces(&x, &a)),
+            Quotient::Subspaces => (second, snap_of_subspaces(&x, &a)),
         };
-        let bend = bend.plus(self.path.tension(), &a);
+        let snap = snap.plus(self.taylor.tension(), &a);
         let norms = [x.norm(), a.norm(), jerk.norm()];
         Sample {
             t,
-            vectors: [x, a, jerk, bend],
+            vectors: [x, a, jerk, snap],
             norms,
         }
     }
 }
 
 /// `-[[x, a]_h, x] + [x, [x, a]_m]_m / 4`, which is `-R(a, x) x`.
-fn bend(x: &Horizontal, a: &Horizontal, bracket: &Horizontal) -> Horizontal {
+fn snap(x: &Horizontal, a: &Horizontal, bracket: &Horizontal) -> Horizontal {
     let turned = Horizontal {
         omega: Mat::zeros(x.omega.nrows(), x.omega.ncols()),
         // (B D^T - D B^T) B with the small products first.
@@ -237,7 +241,7 @@ fn bend(x: &Horizontal, a: &Horizontal, bracket: &Horizontal) -> Horizontal {
 }
 
 /// `-[[x, a]_h, x]` when the upper left block belongs to `h` too.
-fn bend_of_subspaces(x: &Horizontal, a: &Horizontal) -> Horizontal {
+fn snap_of_subspaces(x: &Horizontal, a: &Horizontal) -> Horizontal {
     let n = a.normal.transpose() * &x.normal;
     let inner = &n * Scale(2.0) - n.transpose();
     Horizontal {
@@ -255,9 +259,14 @@ fn reached(at: &Sample, which: usize, reach: f64) -> f64 {
 }
 
 /// Bounds on one interval; `None` if it is too wide.
-fn interval_bounds(a: &Sample, b: &Sample, width: f64, path: &Path) -> Option<[f64; 3]> {
-    let tension = path.tension();
-    let (curvature, turning) = match path.quotient() {
+fn interval_bounds(
+    a: &Sample,
+    b: &Sample,
+    width: f64,
+    taylor: &PiecewiseTaylor,
+) -> Option<[f64; 3]> {
+    let tension = taylor.tension();
+    let (curvature, turning) = match taylor.quotient() {
         Quotient::Frames => (CURVATURE, std::f64::consts::SQRT_2),
         Quotient::Subspaces => (CURVATURE_OF_SUBSPACES, 0.0),
     };

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::space::Quotient;
 
-/// Maximal number of coefficients of a path: a gigabyte.
+/// Maximal number of coefficients of a curve: a gigabyte.
 const MAX_COEFFICIENTS: usize = 1 << 27;
 
 /// Number of pieces for which space is reserved.
@@ -29,7 +29,7 @@ pub(super) struct Piece {
 
 /// The pieces in order of time, and the states at both ends.
 #[derive(Debug, Clone)]
-pub(crate) struct Path {
+pub(crate) struct PiecewiseTaylor {
     pub(super) blocks: Sized,
     pub(super) accuracy: Accuracy,
     pub(super) pieces: Vec<Piece>,
@@ -41,10 +41,10 @@ pub(crate) struct Path {
     pub(super) last: State,
 }
 
-impl Path {
-    /// A path without pieces: the curve at the time of its state.
+impl PiecewiseTaylor {
+    /// No pieces yet: the curve at the time of its state.
     pub(crate) fn at(state: State, accuracy: Accuracy) -> Self {
-        Path {
+        PiecewiseTaylor {
             blocks: state.blocks,
             accuracy,
             pieces: Vec::new(),
@@ -68,7 +68,7 @@ impl Path {
             upper: 1.0,
             center: 0.5,
         };
-        Path {
+        PiecewiseTaylor {
             blocks: first.blocks,
             accuracy: Accuracy::FULL.with_order(order),
             pieces: vec![piece],
@@ -84,17 +84,17 @@ impl Path {
         self.blocks.quotient
     }
 
-    /// The path of the lines spanned by the vectors of a path on a sphere.
+    /// The lines spanned by the vectors of a curve on a sphere.
     pub(super) fn of_lines(&self) -> Self {
-        let mut path = self.clone();
-        path.blocks.quotient = Quotient::Subspaces;
-        for state in [&mut path.first, &mut path.last] {
+        let mut taylor = self.clone();
+        taylor.blocks.quotient = Quotient::Subspaces;
+        for state in [&mut taylor.first, &mut taylor.last] {
             state.blocks.quotient = Quotient::Subspaces;
         }
-        path
+        taylor
     }
 
-    /// The path of subspaces with bases `Y Q` for an orthogonal `Q`, shape `(k, k)`: `b` becomes `b Q`.
+    /// The subspaces with bases `Y Q` for an orthogonal `Q`, shape `(k, k)`: `b` becomes `b Q`.
     pub(super) fn in_terms_of(&self, q: MatRef<'_, f64>) -> Self {
         let (k, r, rows) = (self.blocks.k, self.r(), self.rows());
         let turn = |entries: &mut [f64], rows: usize| {
@@ -112,15 +112,15 @@ impl Path {
                 turn(&mut vector[k * k..], r - k);
             }
         };
-        let mut path = self.clone();
-        turn(&mut path.points, rows);
-        turn_vectors(&mut path.vectors);
-        for state in [&mut path.first, &mut path.last] {
+        let mut taylor = self.clone();
+        turn(&mut taylor.points, rows);
+        turn_vectors(&mut taylor.vectors);
+        for state in [&mut taylor.first, &mut taylor.last] {
             let (frame, vectors) = state.entries.split_at_mut(r * r);
             turn(&mut frame[..r * k], r);
             turn_vectors(vectors);
         }
-        path
+        taylor
     }
 
     /// Rows of a point in the coordinates of the span.
@@ -179,7 +179,7 @@ impl Path {
         let from = if forward { &self.last } else { &self.first };
         from.load(blocks, &mut march.series);
         march.time = from.time;
-        let Path {
+        let PiecewiseTaylor {
             pieces,
             points,
             vectors,
@@ -287,7 +287,7 @@ impl Path {
         shift_into(coefficients, size, t - self.pieces[piece].center, out);
     }
 
-    /// As [`Path::points_into`], for one piece.
+    /// As [`PiecewiseTaylor::points_into`], for one piece.
     #[cfg(any(feature = "python", feature = "serde"))]
     pub(super) fn points_of_step(&self, piece: usize, t: f64, out: &mut [&mut [f64]]) {
         let size = self.rows() * self.blocks.k;

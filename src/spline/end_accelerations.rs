@@ -16,11 +16,11 @@
 //! ```
 //!
 //! In flat space this is `6 (P_0 - 2 P_1 + P_2)`. The first term is the acceleration of the quasi-geodesic with the
-//! same velocity: it is equal on both sides of a knot, so only the second term (the bend) matters there.
+//! same velocity: it is equal on both sides of a knot, so only the second term matters there.
 //!
 //! For subspaces all generators have `Omega = 0`, and `R` is the exponential in terms of bases. The term added to
-//! `Omega` rotates the basis that `R` reaches, so the horizontal part of the bend is the bend of the curve of
-//! subspaces.
+//! `Omega` rotates the basis that `R` reaches, so the horizontal part of the second term is that of the curve
+//! of subspaces.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -42,7 +42,7 @@ use crate::space::Quotient;
 const CONTROL_POINTS: &str = "control points of a spline";
 
 /// Buffers for pieces of one shape.
-pub(super) struct Bends {
+pub(super) struct EndAccelerations {
     quotient: Quotient,
     ends: [OuterLeg; 2],
     middle: QuasiGeodesic,
@@ -51,9 +51,9 @@ pub(super) struct Bends {
     velocity: Mat<f64>,
 }
 
-impl Bends {
+impl EndAccelerations {
     pub(super) fn new(quotient: Quotient, n: usize, k: usize) -> Self {
-        Bends {
+        EndAccelerations {
             quotient,
             ends: [(); 2].map(|()| OuterLeg::new(quotient, n, k)),
             middle: QuasiGeodesic::zeros(n, k),
@@ -63,7 +63,7 @@ impl Bends {
         }
     }
 
-    /// Computes the bends at both ends of the geometric cubic between two points, in the time of the piece.
+    /// Computes the second terms at both ends of the geometric cubic between two points, in the time of the piece.
     ///
     /// # Arguments
     /// * `velocities` - at the ends, in a unit of time in which the piece takes `length`
@@ -90,11 +90,11 @@ impl Bends {
         self.velocity.copy_from(self.middle.initial_velocity());
         let [at_start, at_end] = out;
         let [first, last] = &mut self.ends;
-        first.bend(points[0], self.velocity.as_ref(), at_start)?;
+        first.second_term(points[0], self.velocity.as_ref(), at_start)?;
         let (velocity, way) = (self.velocity.as_mut(), Direction::Forward);
         self.carrier.carry(&self.middle, velocity, way);
         scale(&mut self.velocity, -1.0);
-        last.bend(points[1], self.velocity.as_ref(), at_end)
+        last.second_term(points[1], self.velocity.as_ref(), at_end)
     }
 
     /// Joins the inner control points; for subspaces returns the matrix that maps the basis reached to the basis there.
@@ -159,8 +159,8 @@ impl OuterLeg {
         check_range(CONTROL_POINTS, self.end.as_ref())
     }
 
-    /// The bend at `s`, from the velocity of the middle leg at the inner control point, pointing away from it.
-    fn bend(
+    /// The second term at `s`, from the velocity of the middle leg at the inner control point, pointing away from it.
+    fn second_term(
         &mut self,
         s: MatRef<'_, f64>,
         onward: MatRef<'_, f64>,

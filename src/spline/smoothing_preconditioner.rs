@@ -15,7 +15,7 @@
 //! Reinsch (1967), "Smoothing by spline functions", Numer. Math. 10, 177-183. Elimination without pivoting: Vanderbei (1995),
 //! "Symmetric quasidefinite matrices", SIAM J. Optim. 5, 100-113.
 
-use super::chain::{Arrivals, Carrying, Chain};
+use super::chain::{Carrying, Chain, LegEnds};
 use super::motion::Motion;
 
 use crate::error::{Error, Result};
@@ -30,7 +30,7 @@ const LAMBDAS: [f64; 2] = [1e-100, 1e100];
 
 /// The matrix for given times, weights and `lambda`.
 #[derive(Clone)]
-pub(super) struct FlatSmoothing {
+pub(super) struct SmoothingPreconditioner {
     rows: Vec<Row<2>>,
     system: Tridiagonal<2>,
     weights: Vec<f64>,
@@ -39,7 +39,7 @@ pub(super) struct FlatSmoothing {
     pliancy: f64,
 }
 
-impl FlatSmoothing {
+impl SmoothingPreconditioner {
     /// Built for the sums of the weights at the knots.
     ///
     /// # Errors
@@ -50,7 +50,7 @@ impl FlatSmoothing {
         let (pull, pliancy) = (s / lambda, 1.0 / s);
         let rows = rows(lengths, &weights, pull, pliancy);
         let system = Tridiagonal::new(&rows, Shape::Open).ok_or_else(|| too_unequal(lengths))?;
-        Ok(FlatSmoothing {
+        Ok(SmoothingPreconditioner {
             rows,
             system,
             weights,
@@ -108,15 +108,15 @@ impl FlatSmoothing {
         &self,
         chain: &C,
         motion: &Motion,
-        arrivals: &Arrivals,
+        leg_ends: &LegEnds,
         pulls: &[f64],
     ) -> Result<(Vec<f64>, Motion)> {
         let (d, lengths) = (chain.size(), chain.lengths());
         let mut worker = chain.worker();
         let legs = (0..lengths.len())
-            .map(|leg| Carried::of(chain, &mut worker, motion, arrivals, leg))
+            .map(|leg| Carried::of(chain, &mut worker, motion, leg_ends, leg))
             .collect::<Result<Vec<_>>>()?;
-        let mut fields = self.right(chain, motion, arrivals, pulls, &legs);
+        let mut fields = self.right(chain, motion, leg_ends, pulls, &legs);
         self.solve(chain, &mut worker, &mut fields)?;
         let mut change = Motion::zeros(d, lengths.len() + 1);
         let mut ends = [vec![0.0; 2 * d], vec![0.0; 2 * d]];
@@ -132,26 +132,26 @@ impl FlatSmoothing {
                 &to[..2 * d],
                 back,
             )?;
-            let (b, e) = (&motion.bend(leg)[..d], &legs[leg].acceleration_back);
-            let (r, w) = (arrivals.vector(leg, 0), arrivals.vector(leg, 1));
+            let (b, e) = (&motion.derivatives(leg)[..d], &legs[leg].acceleration_back);
+            let (r, w) = (leg_ends.vector(leg, 0), leg_ends.vector(leg, 1));
             let per_y = h * h * self.pliancy;
             // Of two legs at a knot, the longer one determines its velocity: the shorter one divides round-off by a
             // smaller time.
             if leg == 0 || h > lengths[leg - 1] {
-                let (r, velocity) = (arrivals.distance_back(leg), change.velocity_mut(leg));
+                let (r, velocity) = (leg_ends.point_defect_back(leg), change.velocity_mut(leg));
                 for i in 0..d {
                     let bent = per_y * (2.0 * from[d + i] + back[d + i]) / 6.0;
                     velocity[i] = (back[i] - from[i] - r[i] - bent + b[i] / 3.0 + e[i] / 6.0) / h;
                 }
             }
-            let (e_here, b_there) = (arrivals.vector(leg, 2), &legs[leg].first_ahead);
+            let (e_here, b_there) = (leg_ends.vector(leg, 2), &legs[leg].first_ahead);
             let velocity = change.velocity_mut(leg + 1);
             for i in 0..d {
                 let bent = per_y * (ahead[d + i] + 2.0 * to[d + i]) / 6.0;
                 let known = w[i] - r[i] - b_there[i] / 6.0 - e_here[i] / 3.0;
                 velocity[i] = (to[i] - ahead[i] + known + bent) / h;
             }
-            let (first, third) = change.bend_mut(leg).split_at_mut(d);
+            let (first, third) = change.derivatives_mut(leg).split_at_mut(d);
             for i in 0..d {
                 first[i] = per_y * from[d + i] - b[i];
                 third[i] = per_y * (back[d + i] - from[d + i]) - (e[i] - b[i]);
@@ -165,7 +165,7 @@ impl FlatSmoothing {
         &self,
         chain: &C,
         motion: &Motion,
-        arrivals: &Arrivals,
+        leg_ends: &LegEnds,
         pulls: &[f64],
         legs: &[Carried],
     ) -> Vec<f64> {
@@ -177,9 +177,12 @@ impl FlatSmoothing {
         let last = lengths.len() - 1;
         for (leg, &h) in lengths.iter().enumerate() {
             let (r1, force) = (1.0 / h, h.powi(-3) / self.pliancy);
-            let (b, c) = motion.bend(leg).split_at(d);
-            let [r, w, e, f] = [0, 1, 2, 3].map(|which| arrivals.vector(leg, which));
-            let (r_back, e_back) = (arrivals.distance_back(leg), &legs[leg].acceleration_back);
+            let (b, c) = motion.derivatives(leg).split_at(d);
+            let [r, w, e, f] = [0, 1, 2, 3].map(|which| leg_ends.vector(leg, which));
+            let (r_back, e_back) = (
+                leg_ends.point_defect_back(leg),
+                &legs[leg].acceleration_back,
+            );
             let b_ahead = &legs[leg].first_ahead;
             let (before, after) = right[2 * d * leg..].split_at_mut(2 * d);
             for i in 0..d {
@@ -213,12 +216,12 @@ impl Carried {
         chain: &C,
         worker: &mut C::Worker,
         motion: &Motion,
-        arrivals: &Arrivals,
+        leg_ends: &LegEnds,
         leg: usize,
     ) -> Result<Self> {
         let d = chain.size();
         let (mut first_ahead, mut acceleration_back) = (vec![0.0; d], vec![0.0; d]);
-        let (first, arrived) = (&motion.bend(leg)[..d], arrivals.vector(leg, 2));
+        let (first, arrived) = (&motion.derivatives(leg)[..d], leg_ends.vector(leg, 2));
         chain.carry_into(worker, leg, Direction::Forward, first, &mut first_ahead)?;
         chain.carry_into(
             worker,

@@ -2,9 +2,9 @@
 
 use faer::Mat;
 
-use super::chain::{Arrivals, Movable, square};
-use super::flat_smoothing::FlatSmoothing;
+use super::chain::{LegEnds, Movable, square};
 use super::motion::Motion;
+use super::smoothing_preconditioner::SmoothingPreconditioner;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::{Result, unless_interrupted};
@@ -174,11 +174,11 @@ impl<C: Movable> State<C> {
 
 /// The state of the iteration for a smoothing spline.
 ///
-/// Steps are changes of the positions, the velocities and the bends; the latter are [scaled](Fit::stretch).
-pub(super) struct Fit<'d, C> {
+/// Steps are changes of the positions, the velocities and the derivatives; the latter are [scaled](SmoothingEquations::stretch).
+pub(super) struct SmoothingEquations<'d, C> {
     state: State<C>,
     data: &'d Data,
-    flat: FlatSmoothing,
+    flat: SmoothingPreconditioner,
     misfit: f64,
     work: &'d Work,
 }
@@ -190,7 +190,7 @@ struct Balance {
     misfit: f64,
 }
 
-impl<'d, C: Movable> Fit<'d, C> {
+impl<'d, C: Movable> SmoothingEquations<'d, C> {
     /// Starts with the smoothing spline of flat space, for a chain through points near the data.
     ///
     /// # Errors
@@ -198,19 +198,19 @@ impl<'d, C: Movable> Fit<'d, C> {
     pub(super) fn new(
         chain: C,
         data: &'d Data,
-        flat: FlatSmoothing,
+        flat: SmoothingPreconditioner,
         work: &'d Work,
     ) -> Result<Self> {
         let motion = Motion::zeros(chain.size(), chain.lengths().len() + 1);
-        let mut fit = Fit {
+        let mut fit = SmoothingEquations {
             work,
             state: State { chain, motion },
             data,
             flat,
             misfit: 0.0,
         };
-        let arrivals = Arrivals::flat(&fit.state.chain, &fit.state.motion, VECTORS)?;
-        let start = fit.balance_of(&fit.state, arrivals)?;
+        let leg_ends = LegEnds::flat(&fit.state.chain, &fit.state.motion, VECTORS)?;
+        let start = fit.balance_of(&fit.state, leg_ends)?;
         fit.state = fit.advanced(1.0, &start.step)?;
         Ok(fit)
     }
@@ -312,11 +312,11 @@ impl<'d, C: Movable> Fit<'d, C> {
         let State { chain, motion } = &self.state;
         let (shifts, change) = step.split_at(self.state.count());
         let shifts: Vec<f64> = shifts.iter().map(|x| share * x).collect();
-        let (velocities, bends) = change.split_at(self.state.count());
+        let (velocities, derivatives) = change.split_at(self.state.count());
         let stretch = self.stretch();
         let mut motion = motion.clone();
         motion.add(share, velocities);
-        motion.add_bends(share / stretch, bends);
+        motion.add_derivatives(share / stretch, derivatives);
         let chain = chain.moved(&shifts, &mut motion)?;
         Ok(State { chain, motion })
     }
@@ -346,7 +346,7 @@ impl<'d, C: Movable> Fit<'d, C> {
         Ok(found.map(|(state, _)| state))
     }
 
-    /// Factor by which bends are multiplied in steps. If the weight of the cost is large, bends are small, but they
+    /// Factor by which derivatives are multiplied in steps. If the weight of the cost is large, derivatives are small, but they
     /// must balance the data accurately. Data along `N` legs bend a curve by `N^2 / lambda` times their distances from
     /// it.
     fn stretch(&self) -> f64 {
@@ -358,11 +358,11 @@ impl<'d, C: Movable> Fit<'d, C> {
         let chain = &state.chain;
         let legs = chain.lengths().len() as f64;
         self.work.count(legs * chain.work_of_knot());
-        let arrivals = Arrivals::of(chain, &state.motion, VECTORS, accuracy, self.work)?;
-        self.balance_of(state, arrivals)
+        let leg_ends = LegEnds::of(chain, &state.motion, VECTORS, accuracy, self.work)?;
+        self.balance_of(state, leg_ends)
     }
 
-    fn balance_of(&self, state: &State<C>, arrivals: Arrivals) -> Result<Balance> {
+    fn balance_of(&self, state: &State<C>, leg_ends: LegEnds) -> Result<Balance> {
         let State { chain, motion } = state;
         let (d, lengths) = (chain.size(), chain.lengths());
         let mut pulls = vec![0.0; state.count()];
@@ -378,14 +378,14 @@ impl<'d, C: Movable> Fit<'d, C> {
             misfit += weight * chain.square(knot, away);
             add(&mut pulls[d * knot..], *weight, away);
         }
-        let (mut step, change) = self.flat.step(chain, motion, &arrivals, &pulls)?;
+        let (mut step, change) = self.flat.step(chain, motion, &leg_ends, &pulls)?;
         let mut jumps = vec![0.0; state.count()];
         for (leg, h) in lengths.iter().enumerate() {
             let (before, after) = jumps[d * leg..].split_at_mut(d);
-            add(before, -h.powi(-2), &motion.bend(leg)[..d]);
-            add(after, h.powi(-2), arrivals.vector(leg, 2));
+            add(before, -h.powi(-2), &motion.derivatives(leg)[..d]);
+            add(after, h.powi(-2), leg_ends.vector(leg, 2));
         }
-        let mut size = arrivals.miss;
+        let mut size = leg_ends.defect;
         let each = jumps.chunks_exact(d).zip(step.chunks_exact(d)).enumerate();
         for (knot, (jump, shift)) in each {
             let h = self.shortest(knot);
@@ -394,10 +394,10 @@ impl<'d, C: Movable> Fit<'d, C> {
                 size = if part <= size { size } else { part };
             }
         }
-        let (velocities, bends) = change.entries.split_at(state.count());
+        let (velocities, derivatives) = change.entries.split_at(state.count());
         let stretch = self.stretch();
         step.extend(velocities);
-        step.extend(bends.iter().map(|x| stretch * x));
+        step.extend(derivatives.iter().map(|x| stretch * x));
         Ok(Balance { step, size, misfit })
     }
 

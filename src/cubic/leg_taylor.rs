@@ -1,9 +1,9 @@
-//! The curve of a leg as a path of a cubic: points, and the vectors of the equation.
+//! The curve of a leg as Taylor polynomials of a cubic: points, and the vectors of the equation.
 
 use faer::Mat;
 
 use super::blocks::{Blocks, Sized};
-use super::path::Path;
+use super::piecewise_taylor::PiecewiseTaylor;
 use super::state::State;
 use crate::legs::Dense;
 use crate::linalg::field::{accumulate, set_identity};
@@ -13,14 +13,14 @@ use crate::space::{Homogeneous, in_space};
 
 /// The curve of a leg that starts with the given frame or the identity, from its polynomials; the tension is in the time
 /// of the leg.
-pub(crate) fn leg_path(
+pub(crate) fn leg_taylor(
     polynomials: &Dense,
     leg: usize,
     frame: Option<&Mat<f64>>,
     solved: Sized,
     columns: usize,
     tension: f64,
-) -> Path {
+) -> PiecewiseTaylor {
     let r = solved.m + solved.k;
     let blocks = Sized::new(r - columns, columns, solved.quotient);
     let dim = solved.dim();
@@ -69,7 +69,7 @@ pub(crate) fn leg_path(
     set_identity(r, last);
     moved_into(last, r, first);
     moved_into(polynomials.last_frame(leg, square), r, last);
-    Path::of_polynomial(
+    PiecewiseTaylor::of_polynomial(
         [state(0, first), state(1, last)],
         polynomials.order,
         points,
