@@ -50,8 +50,8 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::initial::Horizontal;
-use super::piecewise_taylor::PiecewiseTaylor;
+use super::taylor::initial::Horizontal;
+use super::taylor::piecewise_taylor::PiecewiseTaylor;
 use super::time_map::TimeMap;
 use crate::curve::{DerivativeBounds, Guarantee};
 use crate::error::{Error, Result};

@@ -1,6 +1,6 @@
 //! Options for integrating a Riemannian cubic from initial data.
 
-use super::taylor::Accuracy;
+use super::taylor::march::Accuracy;
 use crate::interrupt::Interrupt;
 use crate::space::Quotient;
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::piecewise_taylor::PiecewiseTaylor;
 use super::riemannian_cubic::{RiemannianCubic, extend};
+use super::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::check_finite_scalar;

@@ -2,10 +2,10 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::initial::Horizontal;
-use super::packing::entries;
 use super::riemannian_cubic::RiemannianCubic;
-use super::state::State;
+use super::taylor::initial::Horizontal;
+use super::taylor::packing::entries;
+use super::taylor::state::State;
 use super::turning::bracket_of;
 use crate::curve::Curve;
 use crate::error::{Error, Result};

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use faer::Mat;
 
-use super::blocks::{Blocks, Sized};
-use super::piecewise_taylor::{Piece, PiecewiseTaylor};
 use super::riemannian_cubic::RiemannianCubic;
-use super::state::State;
 use super::stored_check::check_taylor;
-use super::taylor::Accuracy;
+use super::taylor::blocks::{Blocks, Sized};
+use super::taylor::march::Accuracy;
+use super::taylor::piecewise_taylor::{Piece, PiecewiseTaylor};
+use super::taylor::state::State;
 use super::tension::check_tension;
 use super::time_map::TimeMap;
 use crate::error::Result;

@@ -11,8 +11,8 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::piecewise_taylor::PiecewiseTaylor;
-use super::state::State;
+use super::taylor::piecewise_taylor::PiecewiseTaylor;
+use super::taylor::state::State;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::{distance, norm, orthonormality_defect};

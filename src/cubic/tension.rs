@@ -55,10 +55,10 @@ pub(crate) fn check_leg_tension(tension: f64, has_frames: bool) -> Result<()> {
 /// c(1) - c(0) - c'(0) = C_2\,c''(0) + S_3\,c'''(0),\qquad c'(1) - c'(0) = S_1\,c''(0) + C_2\,c'''(0)
 /// ```
 #[derive(Debug, Clone, Copy)]
-pub(super) struct FlatBends {
+pub(crate) struct FlatStart {
     /// Coefficients of `c(1) - c(0) - c'(0)` and of `c'(1) - c'(0)` in `c''(0)` and `c'''(0)`.
-    pub(super) second: [f64; 2],
-    pub(super) third: [f64; 2],
+    pub(crate) second: [f64; 2],
+    pub(crate) third: [f64; 2],
 }
 
 /// Tension up to which the functions are Taylor polynomials: above it, cancellation costs at most one digit.
@@ -67,8 +67,8 @@ const SERIES: f64 = 4.0;
 /// Number of terms: the first omitted one is below 1e-18.
 const TERMS: usize = 14;
 
-impl FlatBends {
-    pub(super) fn new(tension: f64) -> Self {
+impl FlatStart {
+    pub(crate) fn new(tension: f64) -> Self {
         let (s1, c2, s3, determinant);
         if tension <= SERIES {
             [s1, c2, s3] = [1, 2, 3].map(|first| series(tension, first));
@@ -81,7 +81,7 @@ impl FlatBends {
             s3 = (sinh - theta) / (tension * theta);
             determinant = (2.0 - 2.0 * cosh + theta * sinh) / (tension * tension);
         }
-        FlatBends {
+        FlatStart {
             second: [c2 / determinant, -s3 / determinant],
             third: [-s1 / determinant, c2 / determinant],
         }
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn without_tension_they_are_those_of_a_cubic() {
-        let flat = FlatBends::new(0.0);
+        let flat = FlatStart::new(0.0);
         for (found, wanted) in [(flat.second, [6.0, -2.0]), (flat.third, [-12.0, 6.0])] {
             for (found, wanted) in found.into_iter().zip(wanted) {
                 assert!((found - wanted).abs() < 1e-13, "{found} {wanted}");
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn ends_are_met() {
         for tension in [0.1, 3.999, 4.001, 30.0] {
-            let flat = FlatBends::new(tension);
+            let flat = FlatStart::new(tension);
             let theta = f64::sqrt(tension);
             for ends in [[1.0, 0.0], [0.0, 1.0]] {
                 let by = |row: [f64; 2]| row[0] * ends[0] + row[1] * ends[1];

@@ -4,13 +4,13 @@ use super::array_namespace::Namespace;
 use super::batch::Failure;
 use super::points::Points;
 use super::prelude::*;
-use crate::cubic::problem::check_data;
+use crate::cubic::boundary::problem::check_data;
 use crate::cubic::{BoundaryOptions, BoundarySolution, solve_boundary as solved};
 use crate::linalg::complex_embedding::restrict;
 use crate::manifold::Stiefel;
 use crate::space::Quotient;
 use crate::spline::solve_subspace_boundary;
-use crate::spline::subspace_problem::check as check_subspaces;
+use crate::spline::subspaces::subspace_problem::check as check_subspaces;
 
 /// Solve for Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
 ///

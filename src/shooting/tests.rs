@@ -4,10 +4,10 @@
 use faer::{Mat, MatRef, Scale};
 
 use crate::cubic::BoundaryOptions;
-use crate::cubic::blocks::Sized;
-use crate::cubic::piecewise_taylor::PiecewiseTaylor;
-use crate::cubic::state::State;
-use crate::cubic::taylor::Accuracy;
+use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::march::Accuracy;
+use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
+use crate::cubic::taylor::state::State;
 use crate::curve::Curve;
 use crate::interrupt::Interrupt;
 use crate::legs::{Curves, Dense, End, Ends, Knots, Options, ThirdDerivative};

@@ -1,6 +1,6 @@
 //! Options of splines.
 
-use crate::cubic::work::{Work, allowance};
+use crate::cubic::taylor::work::{Work, allowance};
 use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::Appearance;
 use crate::space::{Kind, Quotient, ScalarField};

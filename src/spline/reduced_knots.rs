@@ -6,7 +6,7 @@ use std::sync::Arc;
 use faer::traits::ComplexField;
 use faer::{Mat, MatRef, Scale};
 
-use super::chain::Space;
+use super::chains::chain::Space;
 use super::ends::{End, EndCondition, EndConditions, Ends};
 use crate::curve::span::Span;
 use crate::error::Result;

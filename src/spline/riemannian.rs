@@ -4,19 +4,20 @@ use std::sync::Arc;
 
 use faer::MatRef;
 
-use super::ambient::Ambient;
 use super::bases::joined;
-use super::chain::{Chain, Space, pieces};
+use super::chains::ambient::Ambient;
+use super::chains::chain::{Chain, Space, pieces};
+use super::chains::framed::{Framed, coordinates, frames};
+use super::chains::iteration::SOLVER;
+use super::chains::solution::{Solution, piece};
+use super::chains::solve;
 use super::ends::{EndConditions, check_ends};
-use super::framed::{Framed, coordinates, frames};
-use super::iteration::SOLVER;
+use super::knots;
 use super::options::SplineOptions;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
-use super::solution::{Solution, piece};
-use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
-use crate::cubic::packing::entries;
+use crate::cubic::taylor::packing::entries;
 use crate::cubic::tension::{check_leg_tension, check_tension};
 use crate::curve::Curve;
 use crate::error::{Error, Result};

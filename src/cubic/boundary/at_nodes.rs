@@ -1,0 +1,94 @@
+//! Passes boundary value problems to the solver at Gauss nodes, and makes a curve of its result.
+
+use std::cell::Cell;
+
+use super::guess::FlatData;
+use super::problem::Problem;
+use super::solution::Solution;
+use super::solver::Solver;
+use crate::collocation::{BoundaryData, BoundaryLimits, Found, Start, solve_between_ends};
+use crate::cubic::taylor::initial::{Horizontal, complete_relative};
+use crate::cubic::taylor::leg_taylor::leg_taylor;
+use crate::cubic::taylor::packing::pack;
+use crate::cubic::taylor::work::of_products;
+use crate::error::Result;
+
+/// Largest number of unknowns for which one series is used instead: on St(3,1) and St(3,2) it takes less than half as long.
+const FEW: usize = 6;
+
+/// Maximal number of steps. Random problems with distance and speeds up to 2 take 4 to 13.
+const STEPS: usize = 16;
+
+/// Part of the tolerance for the end of the curve at nodes: the end of an integrated curve differs by its truncation.
+const SHARE: f64 = 0.5;
+
+impl Solver<'_> {
+    /// The solution from the cubic of flat space, by the quicker method; `None` if it finds none.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub(crate) fn by_flat_start(&mut self, flat: &FlatData) -> Result<Option<Solution>> {
+        match self.problem.unknowns() {
+            0 => Ok(None),
+            1..=FEW => self.by_one_series(flat),
+            _ => self.at_nodes(&self.problem.start_of(flat), Start::Flat),
+        }
+    }
+
+    /// The solution that Newton's method at Gauss nodes finds from `(x', x'')` at the start, compared with the given end;
+    /// `None` if it finds none, if the caller allows few steps, or in few dimensions, where other methods
+    /// are quicker.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub(crate) fn at_nodes(&mut self, start: &[f64], kind: Start) -> Result<Option<Solution>> {
+        let problem = self.problem;
+        if problem.unknowns() <= FEW || self.has_few_steps() {
+            return Ok(None);
+        }
+        let (left, work) = (self.map.left(), Cell::new(0.0));
+        let limits = BoundaryLimits {
+            tolerance: SHARE * self.tolerance(),
+            steps: STEPS.min(self.options.max_iterations),
+            may_go_on: &|products| {
+                work.set(work.get() + of_products(products));
+                work.get() <= left
+            },
+            interrupt: self.options.interrupt,
+        };
+        let data = boundary_data(problem);
+        let (a, b) = start.split_at(start.len() / 2);
+        let derivatives = [a, b].map(<[f64]>::to_vec);
+        let outcome = solve_between_ends(problem.shape(), &data, (derivatives, kind), limits)?;
+        self.map.count(work.get());
+        if outcome.steps > 0 || outcome.found.is_some() {
+            self.account_start(outcome.steps);
+        }
+        let Some(Found { derivatives, curve }) = outcome.found else {
+            return Ok(None);
+        };
+        let start = derivatives.concat();
+        if let Some(curve) = curve {
+            let (blocks, tension) = (problem.blocks(), problem.target.tension);
+            let taylor = leg_taylor(&curve, 0, Some(&problem.g), blocks, problem.k, tension);
+            if let Some(found) = self.accepted(&start, taylor) {
+                return Ok(Some(found));
+            }
+        }
+        self.integrated(start)
+    }
+}
+
+/// The data at the ends, relative to the frame at the start.
+pub(crate) fn boundary_data(problem: &Problem) -> BoundaryData {
+    let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
+    let r = s1.nrows();
+    let frame = complete_relative(problem.kind().field, s1);
+    let last = Horizontal::of_tangent(frame.as_ref(), v1);
+    BoundaryData {
+        target: (0..r * r).map(|i| frame[(i / r, i % r)]).collect(),
+        velocities: [&problem.velocity, &last]
+            .map(|v| pack(problem.blocks(), std::slice::from_ref(v))),
+        tension: problem.target.tension,
+    }
+}

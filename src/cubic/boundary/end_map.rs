@@ -1,0 +1,103 @@
+//! The map from initial `(x', x'')` to the end of the curve, as used by the solvers of boundary value problems: block
+//! sizes are hidden, work is counted.
+
+use faer::Mat;
+
+use super::shooting::Shooting;
+use crate::cubic::taylor::blocks::Blocks;
+use crate::cubic::taylor::end_equations::Target;
+use crate::cubic::taylor::march::Accuracy;
+use crate::error::Result;
+use crate::report::SolverReport;
+use crate::shooting::StartResponse;
+
+/// The interface of a boundary value problem for Newton's method and continuation.
+pub(crate) trait EndMap {
+    /// Replaces the boundary data.
+    fn set_target(&mut self, target: &Target);
+
+    /// Damped Newton from `y`, in place; if `y` is the start of a chain at rest, steps with the chain's response come
+    /// first.
+    fn solve(
+        &mut self,
+        y: &mut [f64],
+        response: Option<&StartResponse>,
+        tolerance: f64,
+        max_iterations: usize,
+    ) -> Result<SolverReport>;
+
+    /// The equations at `y`, and the distance of the end from its target.
+    fn equations(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Vec<f64>, f64)>;
+
+    /// The derivative of the equations, shape `(2d, 2d)`, and the equations.
+    fn derivative(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Mat<f64>, Vec<f64>)>;
+
+    /// The end of the curve of `y`: point and velocity, shape `(r, k)` each.
+    fn end(&mut self, y: &[f64], accuracy: Accuracy) -> Result<[Mat<f64>; 2]>;
+
+    /// Counts work done elsewhere.
+    fn count(&mut self, work: f64);
+
+    /// Multiplies the work limit by `times` from now on.
+    fn allow(&mut self, times: f64);
+
+    /// Remaining work.
+    fn left(&self) -> f64;
+
+    /// Whether the work limit of the problem is reached.
+    fn exhausted(&self) -> bool;
+}
+
+impl<B: Blocks, const N: usize> EndMap for Shooting<'_, B, N> {
+    fn set_target(&mut self, target: &Target) {
+        self.target.clone_from(target);
+    }
+
+    fn solve(
+        &mut self,
+        y: &mut [f64],
+        response: Option<&StartResponse>,
+        tolerance: f64,
+        max_iterations: usize,
+    ) -> Result<SolverReport> {
+        Shooting::solve(self, y, response, tolerance, max_iterations)
+    }
+
+    fn equations(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Vec<f64>, f64)> {
+        let found = self.residual(y, accuracy)?;
+        Ok((found.equations, found.distance))
+    }
+
+    fn derivative(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Mat<f64>, Vec<f64>)> {
+        self.jacobian(y, accuracy)
+    }
+
+    fn end(&mut self, y: &[f64], accuracy: Accuracy) -> Result<[Mat<f64>; 2]> {
+        self.residual(y, accuracy)?;
+        let (m, k) = (self.blocks.normals(), self.blocks.k());
+        let (rows, normals) = (self.blocks.r::<f64>(), self.blocks.m::<f64>());
+        let (r, series) = (m + k, &self.plain.series);
+        let s = Mat::from_fn(r, k, |i, j| series.s()[i + rows * j]);
+        let e = Mat::from_fn(r, m, |i, j| series.e()[i + rows * j]);
+        let omega = Mat::from_fn(k, k, |i, j| series.omega(0)[i + k * j]);
+        let b = Mat::from_fn(m, k, |i, j| series.b(0)[i + normals * j]);
+        let v = &s * omega + e * b;
+        Ok([s, v])
+    }
+
+    fn count(&mut self, work: f64) {
+        self.work.count(work);
+    }
+
+    fn allow(&mut self, times: f64) {
+        self.work.allow(times);
+    }
+
+    fn left(&self) -> f64 {
+        self.work.left()
+    }
+
+    fn exhausted(&self) -> bool {
+        self.work.is_done()
+    }
+}

@@ -1,0 +1,241 @@
+//! Several Riemannian cubics with the same boundary data.
+
+use std::sync::Arc;
+
+use faer::MatRef;
+
+use super::continuation::{MAX_STEPS, Next};
+use super::guess::FlatData;
+use super::homotopy::Homotopy;
+use super::problem::Problem;
+use super::random::Random;
+use super::shooting::SOLVER;
+use super::solver::Solver;
+use crate::cubic::boundary_options::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
+use crate::cubic::riemannian_cubic::RiemannianCubic;
+use crate::curve::Curve;
+use crate::error::{Error, Result};
+use crate::manifold::only_bases::advised;
+use crate::solve::gmres::norm;
+
+/// Work limit of a search, as a multiple of one solve.
+pub(crate) const SEARCH_WORK: f64 = 4.0;
+
+/// Options for finding several solutions of a boundary value problem.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{RiemannianCubic, SearchOptions};
+/// use stiefel_rs::Curve;
+/// // A quarter of a circle from rest to rest; the other way round it is three quarters.
+/// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]], mat![[0.0], [0.0]]);
+/// let options = SearchOptions { starts: 2, seed: 1, ..Default::default() };
+/// let found = RiemannianCubic::all_from_boundary(
+///     s0.as_ref(), rest.as_ref(), s1.as_ref(), rest.as_ref(), &options,
+/// )?;
+/// // The cost is 12 angle^2, the cheapest comes first.
+/// assert!((found[0].cost()? / (12.0 * std::f64::consts::FRAC_PI_2.powi(2)) - 1.0).abs() < 1e-10);
+/// assert!((found[1].cost()? / found[0].cost()? - 9.0).abs() < 1e-9);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct SearchOptions<'a> {
+    /// Options for each solution.
+    pub boundary: BoundaryOptions<'a>,
+    /// Number of families of boundary data to follow: first from the cubics of flat space with an additional full turn,
+    /// two for each principal direction and each plane in which the columns rotate, then from random initial data. For
+    /// subspaces, the number of random initial data for Newton's method after the descents.
+    pub starts: u32,
+    /// Seed of the random initial data: the same seed finds the same solutions.
+    pub seed: u64,
+    /// Solutions whose `(x', x'')` at the start differ by at most this, relative to `1 + |(x', x'')|`, count as one; in
+    /// `[1e-10, 1]`.
+    pub distinct: f64,
+}
+
+impl Default for SearchOptions<'_> {
+    /// 4 families; relative difference `1e-6`.
+    fn default() -> Self {
+        SearchOptions {
+            boundary: BoundaryOptions::default(),
+            starts: 4,
+            seed: 0,
+            distinct: 1e-6,
+        }
+    }
+}
+
+impl SearchOptions<'_> {
+    pub(crate) fn check(&self) -> Result<()> {
+        self.boundary.check()?;
+        if (1e-10..=1.0).contains(&self.distinct) {
+            return Ok(());
+        }
+        Err(Error::InvalidArgument {
+            name: "distinct",
+            requirement: "between 1e-10 and 1",
+            found: self.distinct,
+        })
+    }
+}
+
+impl RiemannianCubic {
+    /// Riemannian cubics with the same boundary data that are found from several starts, cheapest first.
+    ///
+    /// Newton's method starts from the cubic of flat space (or from the guess). Descents to local minima of the cost
+    /// start as in [`from_boundary`](Self::from_boundary), and from the cubics of flat space with one or two additional
+    /// full turns in one principal direction, or in a plane in which the columns rotate. Families of boundary data
+    /// connect the curves of the cubics with one additional turn to the given data; every solution they pass is
+    /// returned. `docs/development/rejected_alternatives.md` lists what each of these finds that the others miss. Other solutions may
+    /// exist: on the sphere there are infinitely many.
+    ///
+    /// # Errors
+    /// The errors of [`from_boundary`](Self::from_boundary); `NoConvergence` if no solution is found.
+    pub fn all_from_boundary(
+        s0: MatRef<'_, f64>,
+        v0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+        v1: MatRef<'_, f64>,
+        options: &SearchOptions<'_>,
+    ) -> Result<Vec<Self>> {
+        let found = Self::all_between_frames([s0, v0, s1, v1], options);
+        found.map_err(|error| advised(error, s0, s1))
+    }
+
+    /// As [`RiemannianCubic::all_from_boundary`], without the hint that the points may be mere bases.
+    ///
+    /// # Errors
+    /// As [`RiemannianCubic::all_from_boundary`].
+    pub(crate) fn all_between_frames(
+        data: [MatRef<'_, f64>; 4],
+        options: &SearchOptions<'_>,
+    ) -> Result<Vec<Self>> {
+        options.check()?;
+        let problem = Problem::new(data, &options.boundary)?;
+        let start = match options.boundary.guess {
+            Some((a, j)) => problem.start_from(data[0], a, j)?,
+            None => problem.flat_start(problem.flat()?.as_ref()),
+        };
+        let mut solver = Solver::new(&problem, &options.boundary);
+        solver.map.allow(SEARCH_WORK);
+        let mut found = Found::new(options.distinct);
+        search(&problem, &mut solver, &start, options, &mut found)?;
+        if found.solutions.is_empty() {
+            let report = solver.report(BoundaryStrategy::Moving).solver;
+            return Err(Error::NoConvergence {
+                solver: SOLVER,
+                report,
+            });
+        }
+        let mut ranked = Vec::new();
+        for (y, report) in found.solutions {
+            let taylor = problem.taylor(&y, options.boundary.interrupt)?;
+            let frame = problem.frame.clone();
+            let curve = Self::of_taylor(
+                problem.n,
+                problem.k,
+                frame.map(Arc::new),
+                taylor,
+                Some(report),
+            );
+            ranked.push((curve.cost()?, curve));
+        }
+        ranked.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        Ok(ranked.into_iter().map(|(_, curve)| curve).collect())
+    }
+}
+
+/// Distinct solutions found so far: `(x', x'')` at the start, and associated data.
+pub(crate) struct Found<T> {
+    pub(crate) solutions: Vec<(Vec<f64>, T)>,
+    distinct: f64,
+}
+
+impl<T> Found<T> {
+    /// An empty set; solutions that differ by at most `distinct` count as one.
+    pub(crate) fn new(distinct: f64) -> Self {
+        Found {
+            solutions: Vec::new(),
+            distinct,
+        }
+    }
+
+    pub(crate) fn add(&mut self, (y, solution): (Vec<f64>, T)) {
+        let near = |(other, _): &(Vec<f64>, T)| {
+            let difference: Vec<f64> = y.iter().zip(other).map(|(a, b)| a - b).collect();
+            norm(&difference) <= self.distinct * (1.0 + norm(&y))
+        };
+        if !self.solutions.iter().any(near) {
+            self.solutions.push((y, solution));
+        }
+    }
+}
+
+fn search(
+    problem: &Problem,
+    solver: &mut Solver<'_>,
+    start: &[f64],
+    options: &SearchOptions<'_>,
+    found: &mut Found<BoundaryReport>,
+) -> Result<()> {
+    if let Some(solution) = solver.restarted(start, None)? {
+        found.add((solution.start, solver.report(BoundaryStrategy::Direct)));
+    }
+    if let Some((solution, report)) = solver.by_descents()? {
+        found.add((solution.start, report));
+    }
+    let [once, twice] = match problem.flat()? {
+        Some(flat) => [turned(problem, &flat, 1.0)?, turned(problem, &flat, 2.0)?],
+        None => [Vec::new(), Vec::new()],
+    };
+    for flat in once.iter().chain(&twice) {
+        if let Some((solution, report)) = solver.by_descent_along(flat)? {
+            found.add((solution.start, report));
+        }
+    }
+    let (size, mut random) = (norm(start), Random::new(options.seed));
+    for attempt in 0..options.starts as usize {
+        if solver.map.exhausted() {
+            break;
+        }
+        let from = match once.get(attempt) {
+            Some(flat) => problem.start_of(flat),
+            None => solver.scattered(start, attempt, &mut random),
+        };
+        if let Some(homotopy) = solver.family_from(&from)? {
+            follow(solver, &homotopy, &from, size, found)?;
+        }
+    }
+    Ok(())
+}
+
+/// Cubics of flat space with `turns` additional full turns. Embedded complex displacements have every principal
+/// direction twice, and turn in both.
+fn turned(problem: &Problem, flat: &FlatData, turns: f64) -> Result<Vec<FlatData>> {
+    let mut all = match problem.is_real() {
+        true => Vec::new(),
+        false => flat.turned_together(turns)?,
+    };
+    all.extend(flat.turned(turns)?);
+    Ok(all)
+}
+
+/// All solutions that a family passes.
+fn follow(
+    solver: &mut Solver<'_>,
+    homotopy: &Homotopy,
+    from: &[f64],
+    size: f64,
+    found: &mut Found<BoundaryReport>,
+) -> Result<()> {
+    let mut passed = Vec::new();
+    solver.follow(homotopy, from, size, MAX_STEPS, |y| {
+        passed.push(y.to_vec());
+        Next::Continue
+    })?;
+    for y in passed {
+        found.add((y, solver.report(BoundaryStrategy::Moving)));
+    }
+    Ok(())
+}

@@ -1,0 +1,186 @@
+//! Options and reports of boundary value problems of Riemannian cubics.
+
+use std::fmt;
+
+use faer::MatRef;
+
+use super::taylor::work::allowance;
+use super::tension::{check_leg_tension, check_tension};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::report::SolverReport;
+use crate::space::ScalarField;
+
+/// Default limit of steps from one start.
+const MAX_ITERATIONS: usize = 50;
+
+/// Options of the boundary value solver.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic};
+/// use stiefel_rs::Curve;
+/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
+/// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+/// let first = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
+/// assert!((first.point(1.0)? - s1).norm_l2() < 1e-12);
+/// // From a solution there is less to do.
+/// let (a, j) = (first.acceleration(0.0)?, first.jerk(0.0)?);
+/// let options = BoundaryOptions { guess: Some((a.as_ref(), j.as_ref())), ..Default::default() };
+/// let again = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options)?;
+/// let iterations = |curve: &RiemannianCubic| curve.report().map(|report| report.iterations);
+/// assert!(iterations(&again) < iterations(&first));
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct BoundaryOptions<'a> {
+    /// The iteration has converged once `(|S(1) - S1|^2 + |V(1) - V1|^2 / u^2)^(1/2)` is at most this; between 1e-15
+    /// and 0.1.
+    ///
+    /// The unit `u` is 1 if both end speeds are at most 10 (Frobenius norm), else it is the larger of them: along a
+    /// curve of speed `|V|`, a round-off of `eps |V|` in the angle causes one of `eps |V|^2` in the velocity. The
+    /// tolerance is raised to `32 eps` times the larger speed, at most to `1e-9`, also in the report; for speeds of 140
+    /// this is about `1e-12`.
+    pub tolerance: f64,
+    /// Maximal number of Newton steps from each start; at least 1. Descents take up to 300 steps each and count only
+    /// against the work limit. With 12 or fewer, the search ends if the first start runs out of steps: only Newton's
+    /// method from there is tried. Values above the default raise the [limit of work](crate::StopReason::WorkLimit) in
+    /// proportion.
+    pub max_iterations: usize,
+    /// Covariant acceleration and covariant jerk at `S0` to start from, shape `(n, k)` each; by default those of the
+    /// cubic of flat space. Components outside the span of the boundary data are dropped, since no solution has any.
+    pub guess: Option<(MatRef<'a, f64>, MatRef<'a, f64>)>,
+    /// `tau >= 0` of a cubic in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary. At most 64: errors at
+    /// the start grow as `e^sqrt(tau)`, so for larger values the initial data no longer determine the end to the
+    /// tolerance.
+    pub tension: f64,
+    /// Scalars of the matrices; complex matrices are embedded in real ones.
+    pub field: ScalarField,
+    /// Polled before every step.
+    pub interrupt: Interrupt<'a>,
+}
+
+impl Default for BoundaryOptions<'_> {
+    /// Residual `1e-12`, at most 50 steps, starting from the cubic of flat space.
+    fn default() -> Self {
+        BoundaryOptions {
+            tolerance: 1e-12,
+            max_iterations: MAX_ITERATIONS,
+            guess: None,
+            tension: 0.0,
+            field: ScalarField::Real,
+            interrupt: Interrupt::NEVER,
+        }
+    }
+}
+
+impl BoundaryOptions<'_> {
+    /// Factor by which the work limit of a problem is raised.
+    pub(super) fn allowance(&self) -> f64 {
+        allowance(self.max_iterations, MAX_ITERATIONS)
+    }
+
+    pub(crate) fn check(&self) -> Result<()> {
+        if !(1e-15..=0.1).contains(&self.tolerance) {
+            return Err(Error::InvalidArgument {
+                name: "tolerance",
+                requirement: "between 1e-15 and 0.1",
+                found: self.tolerance,
+            });
+        }
+        check_tension(self.tension)?;
+        check_leg_tension(self.tension, true)?;
+        if self.max_iterations == 0 {
+            return Err(Error::InvalidArgument {
+                name: "max_iterations",
+                requirement: "at least 1",
+                found: 0.0,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// The strategy that found the solution of a boundary value problem.
+///
+/// [`from_boundary`](crate::RiemannianCubic::from_boundary) uses `Direct` and `Descent`, with a guess also `Moving`;
+/// [`all_from_boundary`](crate::RiemannianCubic::all_from_boundary) uses all three.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, BoundaryStrategy, RiemannianCubic};
+/// // Ends so near that Newton's method needs no help.
+/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
+/// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+/// let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
+/// let report = curve.boundary_report().expect("it comes from a boundary value problem");
+/// assert_eq!(report.strategy, BoundaryStrategy::Direct);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BoundaryStrategy {
+    /// Newton's method from the first start: the cubic of flat space or the guess.
+    Direct,
+    /// Newton's method from the end of a descent to a curve of least cost.
+    Descent,
+    /// Continuation from a curve with other end data: the curve of a guess, a cubic of flat space with an extra full
+    /// turn, or one with random initial data.
+    Moving,
+}
+
+impl BoundaryStrategy {
+    /// The name of the strategy.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            BoundaryStrategy::Direct => "direct",
+            BoundaryStrategy::Descent => "descent",
+            BoundaryStrategy::Moving => "moving",
+        }
+    }
+}
+
+/// Describes how the solution of a boundary value problem was found.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic};
+/// // Nearly to the other side of the sphere, with speed across the way: Newton's method needs help.
+/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [0.0], [4.0]]);
+/// let (s1, v1) = (mat![[-0.96], [0.28], [0.0]], mat![[0.0], [0.0], [4.0]]);
+/// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+/// let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
+/// let report = curve.boundary_report().expect("it comes from a boundary value problem");
+/// assert!(report.starts > 1);
+/// assert!(report.solver.converged && report.solver.residual <= 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundaryReport {
+    /// Report on the whole solution: its iterations count every Newton step, including corrections of continuations.
+    pub solver: SolverReport,
+    /// The strategy that found the solution; if none did, the last one tried.
+    pub strategy: BoundaryStrategy,
+    /// Total number of continuation steps.
+    pub continuation_steps: usize,
+    /// Number of starts tried, including the successful one.
+    pub starts: usize,
+}
+
+impl fmt::Display for BoundaryReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}: {}, {} starts, {} steps of continuation",
+            self.strategy.as_str(),
+            self.solver,
+            self.starts,
+            self.continuation_steps
+        )
+    }
+}

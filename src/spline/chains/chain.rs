@@ -1,0 +1,412 @@
+//! Knots and the legs between them: what a solver of splines needs to carry vectors and to integrate legs.
+
+use std::sync::Arc;
+
+use faer::{Mat, MatRef};
+
+use super::motion::Motion;
+use crate::cubic::RiemannianCubic;
+use crate::cubic::taylor::lazy_taylor::LazyTaylor;
+use crate::cubic::taylor::march::Accuracy;
+use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
+use crate::cubic::taylor::state::State;
+use crate::cubic::taylor::work::Work;
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::linalg::lanes::LANES;
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::grassmann::joining::join_spans;
+use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::solve::tridiagonal::{Direction, Isometries};
+use crate::space::Quotient;
+use crate::threads::{self, scaled};
+
+/// Number of legs that are integrated by one worker, together if that is faster.
+pub(crate) const LEGS: usize = LANES;
+
+/// Microseconds, for each coordinate, of a leg that is integrated among eight.
+const LEG: f64 = 0.25;
+
+/// Microseconds of a quasi-geodesic between neighbouring rotations.
+pub(crate) const JOIN: f64 = 3.0;
+
+/// Microseconds of a piece whose curve is computed later.
+const PIECE: f64 = 0.2;
+
+/// Cost of the logarithm of a datum plus joining a moved knot, in units of joining: the logarithm takes about five
+/// times as long.
+pub(crate) const JOINS: f64 = 6.0;
+
+/// Angle between consecutive bases up to which they count as aligned: round-off.
+const ALIGNED: f64 = 16.0 * f64::EPSILON;
+
+/// Integration accuracy of legs, their speeds at the ends, and the counter of work.
+pub(crate) struct Means<'a> {
+    pub(crate) accuracy: Accuracy,
+    pub(crate) speed: f64,
+    pub(crate) work: &'a Work,
+}
+
+/// Knots, and quasi-geodesics between neighbours along which vectors are carried from knot to knot.
+///
+/// A tangent vector at a knot is represented by [`size`](Chain::size) numbers, isometrically up to a constant factor.
+pub(crate) trait Chain: Sync {
+    /// Buffers that a thread needs to integrate a leg.
+    type Worker;
+
+    /// Number of coordinates of a tangent vector.
+    fn size(&self) -> usize;
+
+    /// Durations of the legs.
+    fn lengths(&self) -> &[f64];
+
+    fn worker(&self) -> Self::Worker;
+
+    /// Writes the initial velocity of the quasi-geodesic of a leg, in the time of the leg.
+    fn displacement_into(&self, leg: usize, out: &mut [f64]);
+
+    /// Carries a vector from one end of a leg to the other.
+    fn carry_into(
+        &self,
+        worker: &mut Self::Worker,
+        leg: usize,
+        way: Direction,
+        v: &[f64],
+        out: &mut [f64],
+    ) -> Result<()>;
+
+    /// Integrates the cubics of a few consecutive legs from velocity, acceleration and third vector, in the time of the
+    /// leg. For each it writes the distance from the next knot as a tangent vector there, then velocity, acceleration
+    /// and third vector as far as there is room; and `|S(1) - S_1|` into `distances`. Counts its work.
+    ///
+    /// # Errors
+    /// If a cubic cannot be integrated, the error wrapped in `AtKnot`; `Interrupted`.
+    fn arrive_into(
+        &self,
+        worker: &mut Self::Worker,
+        first: usize,
+        starts: &[Vec<f64>],
+        means: &Means<'_>,
+        values: &mut [f64],
+        distances: &mut [f64],
+    ) -> Result<()>;
+
+    /// The derivative of distance, velocity and acceleration at the end of a leg with respect to its start, shape `(3
+    /// size, 3 size)`; `None` if it is not available.
+    ///
+    /// # Errors
+    /// As [`Chain::arrive_into`].
+    fn derivative(
+        &self,
+        _worker: &mut Self::Worker,
+        _leg: usize,
+        _start: &[f64],
+        _accuracy: Accuracy,
+    ) -> Result<Option<Mat<f64>>> {
+        Ok(None)
+    }
+
+    /// Work of [`Chain::derivative`] in units of a residual, if derivatives are available.
+    fn derivative_work(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Typical work of integrating a leg.
+    fn work_of_leg(&self) -> f64;
+
+    /// Work of [`Chain::derivative`], if derivatives are available.
+    fn work_of_derivative(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// The state of a leg's cubic at its start: a basis of its span, unless the span is the whole space, and frame and
+    /// vectors in that basis.
+    fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State);
+
+    /// The cubic of a leg on `[0, 1]`: a basis of its span, unless the span is the whole space, and the polynomials in that
+    /// basis.
+    ///
+    /// # Errors
+    /// An error if it cannot be integrated; `Interrupted`.
+    fn integrated(&self, leg: usize, motion: &Motion, interrupt: Interrupt<'_>) -> Result<Piece> {
+        let (basis, state) = self.state(leg, &motion.start(leg, self.lengths()[leg]));
+        let mut taylor = PiecewiseTaylor::at(state, Accuracy::FULL);
+        taylor.extend_to(1.0, interrupt)?;
+        Ok((basis, taylor.into()))
+    }
+}
+
+/// Carries vectors along a chain.
+pub(crate) struct Carrying<'c, C: Chain> {
+    pub(crate) chain: &'c C,
+    pub(crate) worker: &'c mut C::Worker,
+}
+
+impl<C: Chain> Isometries for Carrying<'_, C> {
+    fn size(&self) -> usize {
+        self.chain.size()
+    }
+
+    fn carry_into(
+        &mut self,
+        leg: usize,
+        way: Direction,
+        from: &[f64],
+        to: &mut [f64],
+    ) -> Result<()> {
+        self.chain.carry_into(self.worker, leg, way, from, to)
+    }
+}
+
+/// A basis of a curve's span, unless the span is the whole space, and the polynomials in that basis.
+pub(crate) type Piece = (Option<Mat<f64>>, LazyTaylor);
+
+/// A chain whose knots are unknowns too.
+pub(crate) trait Movable: Chain + Sized {
+    /// Work of moving a knot, joining it to the next one, and computing the logarithm of a datum.
+    fn work_of_knot(&self) -> f64;
+
+    /// Moves every knot along its tangent vector by a retraction, and carries the vectors of a motion along.
+    ///
+    /// # Errors
+    /// An error if neighbouring knots can no longer be joined.
+    fn moved(&self, shifts: &[f64], motion: &mut Motion) -> Result<Self>;
+
+    /// The initial velocity at a knot of the geodesic to another point.
+    ///
+    /// # Errors
+    /// An error if there is no such geodesic.
+    fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>>;
+
+    /// The squared norm of a tangent vector.
+    fn square(&self, knot: usize, v: &[f64]) -> f64;
+}
+
+/// The curve that joins a knot to the next one.
+#[derive(Debug, Clone)]
+pub(crate) struct Joint {
+    pub(crate) curve: QuasiGeodesic,
+    /// For subspaces whose bases are not aligned, the matrix that maps the basis reached by the curve to the one at the
+    /// knot.
+    pub(crate) turn: Option<Mat<f64>>,
+}
+
+/// Quasi-geodesics between neighbours, or geodesics between their spans.
+///
+/// # Errors
+/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, wrapped in `AtKnot` of the first of the two knots.
+pub(crate) fn links(points: &[Mat<f64>], quotient: Quotient) -> Result<Vec<Joint>> {
+    let (n, k) = points[0].shape();
+    threads::map(
+        points.len() - 1,
+        scaled(JOIN, (n, k)),
+        || EndpointProblem::new(n, k),
+        |problem, knot| {
+            let [first, last] = [knot, knot + 1].map(|knot| points[knot].as_ref());
+            let joint = joint(first, last, quotient, problem);
+            joint.map_err(|error| error.at_knot(knot))
+        },
+    )
+}
+
+/// The curve from one point to another.
+///
+/// # Errors
+/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
+pub(crate) fn joint(
+    first: MatRef<'_, f64>,
+    last: MatRef<'_, f64>,
+    quotient: Quotient,
+    problem: &mut EndpointProblem,
+) -> Result<Joint> {
+    match quotient {
+        Quotient::Frames => {
+            let mut curve = QuasiGeodesic::zeros(first.nrows(), first.ncols());
+            curve.join(first, last, problem)?;
+            Ok(Joint { curve, turn: None })
+        }
+        Quotient::Subspaces => {
+            let (curve, turn) = join_spans(first, last, problem)?;
+            let k = turn.nrows();
+            let off = (&turn - Mat::<f64>::identity(k, k)).norm_max();
+            Ok(Joint {
+                curve,
+                turn: (off > ALIGNED).then_some(turn),
+            })
+        }
+    }
+}
+
+/// The legs as curves, each on `[0, 1]`.
+///
+/// # Errors
+/// The errors of the legs.
+pub(crate) fn pieces(
+    legs: usize,
+    space: &Space,
+    piece: impl Fn(usize) -> Result<Piece> + Sync,
+) -> Result<Vec<RiemannianCubic>> {
+    let curve = |(): &mut (), leg: usize| {
+        let (frame, taylor) = piece(leg)?;
+        let frame = match (&space.basis, frame) {
+            (Some(basis), Some(frame)) => Some(Arc::new(basis.as_ref() * frame)),
+            (Some(basis), None) => Some(Arc::clone(basis)),
+            (None, frame) => frame.map(Arc::new),
+        };
+        let span = (0.0, 1.0);
+        Ok(RiemannianCubic::of_leg(
+            space.n, space.k, frame, taylor, span,
+        ))
+    };
+    threads::map(legs, PIECE, || (), curve)
+}
+
+/// The space of the points.
+pub(crate) struct Space {
+    pub(crate) n: usize,
+    pub(crate) k: usize,
+    /// Orthonormal basis of the span of all points, if the span is smaller than `R^n`.
+    pub(crate) basis: Option<Arc<Mat<f64>>>,
+}
+
+/// Values at the ends of the legs.
+#[derive(Debug)]
+pub(crate) struct LegEnds {
+    /// Number of coordinates of a vector.
+    size: usize,
+    /// Vectors per leg: point defect, velocity defect, acceleration, and the third vector if requested.
+    vectors: usize,
+    values: Vec<f64>,
+    /// Point and velocity defect of each leg, carried back to its start.
+    back: Vec<f64>,
+    /// The largest norm over all legs of both defects together.
+    pub(crate) defect: f64,
+}
+
+impl LegEnds {
+    /// Integrates every leg of a motion, in parallel; the results do not depend on the number of threads.
+    ///
+    /// # Errors
+    /// The error of the first leg that cannot be integrated, wrapped in `AtKnot`. The other legs are integrated
+    /// nevertheless, so that the counted work does not depend on the threads.
+    pub(crate) fn of<C: Chain>(
+        chain: &C,
+        motion: &Motion,
+        vectors: usize,
+        accuracy: Accuracy,
+        work: &Work,
+    ) -> Result<Self> {
+        let (size, lengths) = (chain.size(), chain.lengths());
+        let mut values = vec![0.0; size * vectors * lengths.len()];
+        let mut back = vec![0.0; size * 2 * lengths.len()];
+        let some = |worker: &mut C::Worker, group: usize, (values, back): &mut Parts<'_>| {
+            let first = group * LEGS;
+            let count = back.len() / (2 * size);
+            let starts: Vec<Vec<f64>> = (first..first + count)
+                .map(|leg| motion.start(leg, lengths[leg]))
+                .collect();
+            let mut distances = [0.0; LEGS];
+            let distances = &mut distances[..count];
+            let means = Means {
+                accuracy,
+                speed: motion.speed(first..first + count + 1, lengths),
+                work,
+            };
+            chain.arrive_into(worker, first, &starts, &means, values, distances)?;
+            let mut defect = 0.0_f64;
+            let each = values
+                .chunks_exact_mut(size * vectors)
+                .zip(back.chunks_exact_mut(2 * size));
+            for (i, (values, back)) in each.enumerate() {
+                let leg = first + i;
+                let end = motion.velocity(leg + 1);
+                for (w, v) in values[size..2 * size].iter_mut().zip(end) {
+                    *w -= lengths[leg] * v;
+                }
+                for (back, v) in back.chunks_exact_mut(size).zip(values.chunks_exact(size)) {
+                    chain.carry_into(worker, leg, Direction::Backward, v, back)?;
+                }
+                defect = defect.max(distances[i].hypot(square(&values[size..2 * size]).sqrt()));
+            }
+            Ok(defect)
+        };
+        // All of them are computed even if one fails, so that the counted work does not depend on the threads.
+        let groups = values
+            .chunks_mut(size * vectors * LEGS)
+            .zip(back.chunks_mut(2 * size * LEGS));
+        let each = LEGS as f64 * LEG * size as f64;
+        let defects = threads::map_parts(
+            groups,
+            each,
+            || chain.worker(),
+            |worker, group, parts| Ok(some(worker, group, parts)),
+        )?;
+        let mut defect = 0.0_f64;
+        for found in defects {
+            defect = defect.max(found?);
+        }
+        Ok(LegEnds {
+            size,
+            vectors,
+            values,
+            back,
+            defect,
+        })
+    }
+
+    /// The values in flat space, for legs without acceleration.
+    ///
+    /// # Errors
+    /// The errors of carrying.
+    pub(crate) fn flat<C: Chain>(chain: &C, motion: &Motion, vectors: usize) -> Result<Self> {
+        let (size, lengths) = (chain.size(), chain.lengths());
+        let mut worker = chain.worker();
+        let mut values = vec![0.0; size * vectors * lengths.len()];
+        let mut back = vec![0.0; size * 2 * lengths.len()];
+        let (mut displacement, mut carried) = (vec![0.0; size], vec![0.0; size]);
+        for (leg, &h) in lengths.iter().enumerate() {
+            let (velocity, end) = (motion.velocity(leg), motion.velocity(leg + 1));
+            chain.displacement_into(leg, &mut displacement);
+            chain.carry_into(&mut worker, leg, Direction::Backward, end, &mut carried)?;
+            let back = &mut back[2 * size * leg..][..2 * size];
+            let (point_defect, velocity_defect) = back.split_at_mut(size);
+            for i in 0..size {
+                point_defect[i] = h * velocity[i] - displacement[i];
+                velocity_defect[i] = h * (velocity[i] - carried[i]);
+            }
+            let values = &mut values[size * vectors * leg..];
+            for (back, value) in back.chunks_exact(size).zip(values.chunks_exact_mut(size)) {
+                chain.carry_into(&mut worker, leg, Direction::Forward, back, value)?;
+            }
+        }
+        Ok(LegEnds {
+            size,
+            vectors,
+            values,
+            back,
+            defect: f64::INFINITY,
+        })
+    }
+
+    /// One of the vectors at the end of a leg.
+    pub(crate) fn vector(&self, leg: usize, which: usize) -> &[f64] {
+        &self.values[self.size * (self.vectors * leg + which)..][..self.size]
+    }
+
+    /// The distance from the next knot, carried back to the start of the leg.
+    pub(crate) fn point_defect_back(&self, leg: usize) -> &[f64] {
+        &self.back[2 * self.size * leg..][..self.size]
+    }
+
+    /// The velocity defect, carried back to the start of the leg.
+    pub(crate) fn velocity_defect_back(&self, leg: usize) -> &[f64] {
+        &self.back[self.size * (2 * leg + 1)..][..self.size]
+    }
+}
+
+/// The values of consecutive legs, and the vectors carried back.
+type Parts<'a> = (&'a mut [f64], &'a mut [f64]);
+
+pub(crate) fn square(a: &[f64]) -> f64 {
+    a.iter().map(|a| a * a).sum()
+}

@@ -1,0 +1,332 @@
+//! Descents to splines of low cost: chains of short legs that pass through the knots and have free knots in between.
+
+use faer::Mat;
+
+use super::chain::Chain as _;
+use super::framed::Framed;
+use super::interpolation::Interpolation;
+use super::motion::Motion;
+use super::solution::Effort;
+use crate::cubic::boundary::descent_start::{DescentStart, LONGEST_LEG};
+use crate::cubic::boundary::guess::{FlatData, identity_columns};
+use crate::cubic::boundary::relative_ends::RelativeEnds;
+use crate::cubic::taylor::initial::Horizontal;
+use crate::cubic::taylor::packing::unpack;
+use crate::cubic::taylor::work::of_products;
+use crate::error::{Result, unless_interrupted};
+use crate::legs::Options;
+use crate::linalg::lanes::Lanes;
+use crate::linalg::structure::row_by_row;
+use crate::manifold::grassmann::alignment::alignment;
+use crate::shooting::{ChainKnots, Descent, Held, Layout, LeastCost, least_cost, products_of_step};
+use crate::solve::tridiagonal::Direction;
+use crate::space::{Quotient, in_space};
+use crate::spline::ends::{End, Ends};
+
+/// Norm of the gradient at which descents stop, in the time of a leg.
+const TOLERANCE: f64 = 1e-6;
+
+/// Maximal number of steps of a descent. With 30, two more of 78 splines with given accelerations and uneven times are
+/// not solved.
+const MAX_STEPS: usize = 100;
+
+/// A descent begins only if at least this many steps fit into the remaining work.
+const FEWEST_STEPS: f64 = 20.0;
+
+/// Minimal number of legs of a chain: the equations of a closed one are cyclic from three on.
+const FEWEST_LEGS: usize = 3;
+
+/// The curves along which a descent starts.
+pub(crate) enum Course {
+    /// Those that roll from knot to knot with the velocities of a motion.
+    Rolling(Motion),
+    /// For a chain of one leg, the cubic of flat space with other data.
+    Along(FlatData),
+}
+
+/// The starts of descents: curves that roll with the velocities of the flat spline, and with none except where velocities are
+/// given. If they are given at both ends of a single leg, these are the same, and the cubic of flat space takes the place of
+/// the first.
+///
+/// Of 102 splines through distant knots with given accelerations and uneven times, 19 are not solved without the first
+/// one; of 102 through random knots with end velocities up to 6, ten cost up to 2.7 times as much without the second
+/// one.
+///
+/// # Errors
+/// Velocities of the flat spline.
+pub(crate) fn starts(chain: &Framed<'_>, ends: &Ends) -> Result<[Course; 2]> {
+    let first = match flat_data(chain, ends)? {
+        Some(flat) => Course::Along(flat),
+        None => Course::Rolling(Interpolation::new(chain, ends)?.start()?),
+    };
+    Ok([first, Course::Rolling(resting(chain, ends))])
+}
+
+/// The motion whose velocities are zero except where velocities are given.
+pub(crate) fn resting(chain: &Framed<'_>, ends: &Ends) -> Motion {
+    let knots = chain.lengths().len() + 1;
+    let mut resting = Motion::zeros(chain.size(), knots);
+    if let Ends::Open(ends) = ends {
+        for (knot, end) in [0, knots - 1].into_iter().zip(ends) {
+            if let Some(velocity) = end.velocity() {
+                resting.velocity_mut(knot).copy_from_slice(velocity);
+            }
+        }
+    }
+    resting
+}
+
+/// Displacement and end velocity of the only leg along the curve that joins its ends; `None` for several legs, or if not both
+/// velocities are given.
+///
+/// # Errors
+/// The errors of carrying.
+pub(crate) fn flat_data(chain: &Framed<'_>, ends: &Ends) -> Result<Option<FlatData>> {
+    let ([h], Ends::Open([End::Velocity(_), End::Velocity(v)])) = (chain.lengths(), ends) else {
+        return Ok(None);
+    };
+    let [mut displacement, mut carried] = [(); 2].map(|()| vec![0.0; chain.size()]);
+    chain.displacement_into(0, &mut displacement);
+    let v: Vec<f64> = v.iter().map(|v| h * v).collect();
+    chain.carry_into(
+        &mut chain.worker(),
+        0,
+        Direction::Backward,
+        &v,
+        &mut carried,
+    )?;
+    let [[displacement], [end_velocity]] =
+        [displacement, carried].map(|entries| unpack(&entries, chain.blocks()));
+    Ok(Some(FlatData {
+        displacement,
+        end_velocity,
+    }))
+}
+
+impl Course {
+    /// The motion found by a descent from here; `None` if it does not come to rest.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub(crate) fn end(
+        &self,
+        chain: &Framed<'_>,
+        ends: &Ends,
+        effort: Effort<'_>,
+    ) -> Result<Option<Motion>> {
+        match self {
+            Course::Rolling(start) => {
+                let fewest = FEWEST_LEGS.div_ceil(chain.lengths().len());
+                end_from(chain, ends, start, effort, |leg| {
+                    rolling(chain, leg, start, fewest)
+                })
+            }
+            Course::Along(flat) => {
+                let start = resting(chain, ends);
+                end_from(chain, ends, &start, effort, |leg| {
+                    let (velocity, end) = relative_ends(chain, leg, &start)?;
+                    let ends = RelativeEnds {
+                        velocity: &velocity,
+                        end: &end,
+                    };
+                    DescentStart::along_flat(chain.blocks().kind(), ends, flat)
+                })
+            }
+        }
+    }
+}
+
+/// The motion found by a descent from given curves along the legs, with the velocities of a motion at the knots.
+///
+/// # Errors
+/// `Interrupted`.
+fn end_from(
+    chain: &Framed<'_>,
+    ends: &Ends,
+    start: &Motion,
+    effort: Effort<'_>,
+    curve: impl Fn(usize) -> Result<DescentStart>,
+) -> Result<Option<Motion>> {
+    let start = FreeKnots::new(chain, ends, start, curve);
+    let Some(start) = unless_interrupted(start)? else {
+        return Ok(None);
+    };
+    let legs = start.layout.lengths.len();
+    let step = in_space!(chain.shape(), |space| products_of_step(space, legs));
+    if FEWEST_STEPS * of_products(step) > effort.work.left() {
+        effort.work.refuse();
+        return Ok(None);
+    }
+    let at = start.at.clone();
+    let found = descend(chain, start, effort)?;
+    Ok(found.report.converged.then(|| motion(chain, &at, &found)))
+}
+
+fn descend(chain: &Framed<'_>, start: FreeKnots, effort: Effort<'_>) -> Result<LeastCost> {
+    let may_go_on = |products: f64| {
+        effort.work.count(of_products(products));
+        !effort.work.is_done()
+    };
+    let options = Options {
+        third_derivative: None,
+        tolerance: TOLERANCE,
+        max_iterations: MAX_STEPS,
+        may_go_on: &may_go_on,
+        interrupt: effort.interrupt,
+    };
+    let descent = Descent {
+        layout: start.layout,
+        tension: chain.tension(),
+        below: f64::INFINITY,
+        known: &[],
+        with_response: false,
+    };
+    let knots = start.knots;
+    in_space!(chain.shape(), |space| least_cost::<Lanes, _>(
+        space, knots, descent, &options
+    ))
+}
+
+/// A chain whose legs subdivide those of another one.
+struct FreeKnots {
+    knots: ChainKnots,
+    layout: Layout,
+    /// Indices of those knots that belong to the other chain.
+    at: Vec<usize>,
+}
+
+impl FreeKnots {
+    /// Built from one curve per leg of a chain, with the velocities of a motion at its knots.
+    ///
+    /// # Errors
+    /// An error if a curve does not exist.
+    fn new(
+        chain: &Framed<'_>,
+        ends: &Ends,
+        motion: &Motion,
+        curve: impl Fn(usize) -> Result<DescentStart>,
+    ) -> Result<Self> {
+        let (all, lengths) = (chain.frames(), chain.lengths());
+        let last = lengths.len();
+        let mut knots = FreeKnots {
+            knots: ChainKnots::default(),
+            layout: layout(ends),
+            at: Vec::new(),
+        };
+        for (leg, h) in lengths.iter().enumerate() {
+            let curve = curve(leg)?;
+            let rate = curve.legs() as f64 / h;
+            knots.push(
+                row_by_row(all[leg].as_ref()),
+                motion.velocity(leg),
+                Held::Point,
+            );
+            for i in 1..curve.legs() {
+                let (frame, velocity) = curve.at(i);
+                let velocity: Vec<f64> = velocity.iter().map(|v| rate * v).collect();
+                knots.push(
+                    row_by_row((&all[leg] * frame).as_ref()),
+                    &velocity,
+                    Held::Nothing,
+                );
+            }
+            let parts = std::iter::repeat_n(rate.recip(), curve.legs());
+            knots.layout.lengths.extend(parts);
+        }
+        knots.push(
+            row_by_row(all[last].as_ref()),
+            motion.velocity(last),
+            Held::Point,
+        );
+        if let Ends::Open(ends) = ends {
+            for (knot, end) in [0, knots.at[last]].into_iter().zip(ends) {
+                if end.velocity().is_some() {
+                    knots.layout.held[knot] = Held::All;
+                }
+            }
+        }
+        Ok(knots)
+    }
+
+    fn push(&mut self, frame: impl Iterator<Item = f64>, velocity: &[f64], held: Held) {
+        if held == Held::Point {
+            self.at.push(self.layout.held.len());
+        }
+        self.knots.frames.extend(frame);
+        self.knots.velocities.extend(velocity);
+        self.layout.held.push(held);
+    }
+}
+
+/// A layout without legs.
+fn layout(ends: &Ends) -> Layout {
+    let acceleration = |end: &End| end.acceleration().map_or(Vec::new(), <[f64]>::to_vec);
+    Layout {
+        lengths: Vec::new(),
+        held: Vec::new(),
+        is_closed: matches!(ends, Ends::Periodic),
+        accelerations: match ends {
+            Ends::Open(ends) => ends.each_ref().map(acceleration),
+            Ends::Periodic => [Vec::new(), Vec::new()],
+        },
+    }
+}
+
+/// The curve that rolls along a leg, in the frame at its start.
+fn rolling(chain: &Framed<'_>, leg: usize, motion: &Motion, fewest: usize) -> Result<DescentStart> {
+    let (velocity, end) = relative_ends(chain, leg, motion)?;
+    let ends = RelativeEnds {
+        velocity: &velocity,
+        end: &end,
+    };
+    DescentStart::rolling(chain.blocks().kind(), ends, LONGEST_LEG, fewest)
+}
+
+/// The velocity at the start of a leg, and point and velocity at its end, in the time of the leg and the frame at its
+/// start.
+fn relative_ends(
+    chain: &Framed<'_>,
+    leg: usize,
+    motion: &Motion,
+) -> Result<(Horizontal, [Mat<f64>; 2])> {
+    let (frames, blocks, h) = (chain.frames(), chain.blocks(), chain.lengths()[leg]);
+    let velocity = |knot: usize| {
+        let v: Vec<f64> = motion.velocity(knot).iter().map(|v| h * v).collect();
+        let [velocity] = unpack(&v, blocks);
+        velocity
+    };
+    let target = frames[leg].transpose() * &frames[leg + 1];
+    let mut end = [
+        target.as_ref().subcols(0, blocks.k).to_owned(),
+        &target * velocity(leg + 1).tangent(),
+    ];
+    if blocks.quotient == Quotient::Subspaces {
+        // Expressed in the basis nearest to the one at the start.
+        let first = identity_columns(target.nrows(), blocks.k);
+        let turn = alignment(first.as_ref(), end[0].as_ref())?;
+        end = end.map(|a| a * &turn);
+    }
+    Ok((velocity(leg), end))
+}
+
+/// The motion between the knots of the original chain, extracted from the result of a descent.
+fn motion(chain: &Framed<'_>, at: &[usize], found: &LeastCost) -> Motion {
+    let d = chain.size();
+    let mut motion = Motion::zeros(d, at.len());
+    for (knot, at) in at.iter().enumerate() {
+        let velocity = &found.knots.velocities[at * d..][..d];
+        motion.velocity_mut(knot).copy_from_slice(velocity);
+    }
+    for (leg, h) in chain.lengths().iter().enumerate() {
+        let derivatives = &found.derivatives[2 * d * at[leg]..][..2 * d];
+        for (i, (out, x)) in motion
+            .derivatives_mut(leg)
+            .iter_mut()
+            .zip(derivatives)
+            .enumerate()
+        {
+            *out = x * h.powi(if i < d { 2 } else { 3 });
+        }
+    }
+    motion
+}

@@ -1,0 +1,180 @@
+//! How chains with and without frames are solved by legs in the embedding: conversion between their vectors and matrices.
+
+use std::sync::Arc;
+
+use faer::{Mat, MatRef};
+
+use super::chain::{Chain, Piece};
+use super::motion::Motion;
+use super::solution::{Effort, Solution, SolvedLegs};
+use crate::collocation::{self, Near};
+use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::lazy_taylor::LazyTaylor;
+use crate::cubic::taylor::leg_taylor::leg_taylor;
+use crate::cubic::taylor::packing::entries;
+use crate::cubic::taylor::work::of_products;
+use crate::error::Result;
+use crate::legs::{Knots, Options};
+use crate::space::{Kind, in_space};
+use crate::spline::ends::{End, Ends};
+
+/// Largest ratio of the lengths of neighbouring legs for which legs in the embedding are used. They meet the tolerance in
+/// the time of the shorter leg; in the time of the longer one, accelerations jump by 1e-9 to 6e-9 at a ratio of 1000, and
+/// by up to 1e-4 at 1e8.
+const UNEVEN: f64 = 100.0;
+
+/// A chain whose vectors are matrices in other coordinates.
+pub(crate) trait InEmbedding: Chain {
+    /// Points at the knots.
+    fn points(&self) -> Vec<Mat<f64>>;
+
+    /// The matrix of a vector at a knot.
+    fn matrix_of(&self, knot: usize, v: &[f64]) -> Mat<f64>;
+
+    /// The vector with a given matrix.
+    fn vector_of(&self, knot: usize, v: MatRef<'_, f64>) -> Vec<f64>;
+
+    /// Frames at the knots that begin with the points, if there are any.
+    fn frames_of_space(&self) -> Option<Arc<[Mat<f64>]>>;
+
+    /// The meaning of the points and their scalars.
+    fn kind(&self) -> Kind;
+
+    /// The space of the equations, and the number of columns of a point.
+    fn space(&self) -> (Sized, usize);
+
+    /// Tension of the curves.
+    fn tension(&self) -> f64;
+
+    /// Whether the lengths of the legs are even enough for continuous accelerations.
+    fn is_even(&self, ends: &Ends) -> bool {
+        let lengths = self.lengths();
+        let around = match ends {
+            Ends::Open(_) => None,
+            Ends::Periodic => lengths.first(),
+        };
+        let next = lengths.iter().skip(1).chain(around);
+        let mut pairs = lengths.iter().zip(next);
+        pairs.all(|(a, b)| a.max(*b) <= UNEVEN * a.min(*b))
+    }
+
+    /// Velocities of a motion as matrices, column by column.
+    fn matrices_of(&self, motion: &Motion) -> Vec<f64> {
+        let knots = 0..=self.lengths().len();
+        let velocities = knots.map(|knot| entries(self.matrix_of(knot, motion.velocity(knot))));
+        velocities.collect::<Vec<_>>().concat()
+    }
+
+    /// Solves with legs in the embedding, from the spline of flat space or from a motion near a solution; `None` if the
+    /// lengths of the legs are too different, or if the iteration finds no solution while work is left.
+    ///
+    /// # Errors
+    /// `Interrupted`, `Overflow`.
+    fn in_embedding(
+        &self,
+        ends: &Ends,
+        near: Option<&Near<'_>>,
+        effort: Effort<'_>,
+    ) -> Result<Option<Solution>> {
+        if !self.is_even(ends) {
+            return Ok(None);
+        }
+        let (points, legs) = (self.points(), self.lengths().len());
+        let matrix = |knot: usize, v: &[f64]| entries(self.matrix_of(knot, v));
+        let end = |knot: usize, end: &End| match end {
+            End::Velocity(v) => End::Velocity(matrix(knot, v)),
+            End::Acceleration(a) => End::Acceleration(matrix(knot, a)),
+        };
+        let ends = match ends {
+            Ends::Open([first, last]) => Ends::Open([end(0, first), end(legs, last)]),
+            Ends::Periodic => Ends::Periodic,
+        };
+        let knots = Knots {
+            lengths: self.lengths(),
+            targets: Vec::new(),
+            ends: &ends,
+            tension: self.tension(),
+        };
+        let may_go_on = |products: f64| {
+            effort.work.count(of_products(products));
+            !effort.work.is_done()
+        };
+        let options = Options {
+            third_derivative: None,
+            tolerance: effort.tolerance,
+            max_iterations: effort.max_iterations,
+            may_go_on: &may_go_on,
+            interrupt: effort.interrupt,
+        };
+        let chain = collocation::Chain {
+            kind: self.kind(),
+            points: &points,
+            knots: &knots,
+        };
+        let (report, solved) = chain.solve(near, &options)?;
+        if !report.converged && !effort.work.is_done() {
+            return Ok(None);
+        }
+        let mut motion = Motion::zeros(self.size(), legs + 1);
+        if report.converged {
+            let (n, k) = points[0].shape();
+            for (knot, v) in solved.velocities.chunks_exact(n * k).enumerate() {
+                let v = MatRef::from_column_major_slice(v, n, k);
+                let v = self.vector_of(knot, v);
+                motion.velocity_mut(knot).copy_from_slice(&v);
+            }
+            for leg in 0..legs {
+                let derivatives = solved
+                    .derivatives(leg)
+                    .map(|derivative| self.vector_of(leg, derivative.as_ref()));
+                motion
+                    .derivatives_mut(leg)
+                    .copy_from_slice(&derivatives.concat());
+            }
+        }
+        let legs = report.converged.then(|| SolvedLegs {
+            polynomials: None,
+            turns: solved.turns().map(Arc::from),
+            piece: self.embedded_piece(solved),
+        });
+        Ok(Some(Solution {
+            motion,
+            report,
+            legs,
+        }))
+    }
+
+    /// The curves of the legs.
+    fn embedded_piece(
+        &self,
+        solved: collocation::SolvedChain,
+    ) -> Arc<dyn Fn(usize) -> Option<Piece> + Send + Sync> {
+        let (frames, (blocks, columns)) = (self.frames_of_space(), self.space());
+        let (tension, lengths) = (self.tension(), self.lengths().to_vec());
+        let solved = Arc::new(solved);
+        Arc::new(move |leg| {
+            if !solved.is_polynomial(leg) {
+                return None;
+            }
+            let (basis, to_basis, frame, blocks) = match (solved.basis(leg), &frames) {
+                (Some([basis, map]), _) => {
+                    let r = basis.ncols();
+                    let spanned = Sized::new(r - columns, columns, blocks.quotient);
+                    (Some(basis), map, None, spanned)
+                }
+                (None, frames) => {
+                    let frame = frames.as_ref()?[leg].clone();
+                    (None, frame.transpose().to_owned(), Some(frame), blocks)
+                }
+            };
+            let (solved, tension) = (Arc::clone(&solved), tension * lengths[leg].powi(2));
+            let taylor = move || {
+                let to_basis = to_basis.as_ref();
+                let dense = in_space!(blocks.shape(), |space| solved
+                    .polynomials(space, leg, to_basis));
+                leg_taylor(&dense, 0, frame.as_ref(), blocks, columns, tension)
+            };
+            Some((basis, LazyTaylor::of(taylor)))
+        })
+    }
+}

@@ -1,0 +1,191 @@
+//! The equations of a spline linearised, with exact derivatives of all legs at once.
+//!
+//! A Newton step solves every leg for its `(x', x'')` in terms of the two velocities. The remaining system is block
+//! tridiagonal in the velocities, cyclic for a closed curve, so a step takes time linear in the number of knots. The
+//! elimination is that of `src/shooting/newton_step.rs`, for integrated legs.
+
+use faer::{Mat, MatRef, Scale};
+
+use super::chain::Chain;
+use super::interpolation::{Interpolation, Residual};
+use super::motion::Motion;
+use crate::cubic::taylor::march::Accuracy;
+use crate::error::Result;
+use crate::linalg::decomp::solve_matrix;
+use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
+use crate::spline::ends::Ends;
+use crate::threads;
+
+/// Microseconds of the derivative of a leg, which takes as long as ten integrations: always worth the pool.
+const DERIVATIVE: f64 = 100.0;
+
+/// Integration accuracy of derivatives, relative to the residual.
+const DERIVATIVE_SHARE: f64 = 1e-2;
+
+/// The linearised equations, factored for any right-hand side.
+pub(crate) struct Linearised {
+    legs: Vec<LinearLeg>,
+    velocities: Factors,
+}
+
+/// The change of a leg's `(x', x'')` is `before dv_j + after dv_{j+1}` minus `inverse` times the leg's defects;
+/// likewise for its last acceleration, with `by_derivatives` for the contribution of the defects.
+struct LinearLeg {
+    inverse: Mat<f64>,
+    before: Mat<f64>,
+    after: Mat<f64>,
+    by_derivatives: Mat<f64>,
+    arrival: [Mat<f64>; 2],
+}
+
+impl<C: Chain> Interpolation<'_, C> {
+    /// The linearisation at a motion; `None` if derivatives are not available or the linear equations are singular.
+    ///
+    /// # Errors
+    /// As [`Chain::derivative`].
+    pub(crate) fn linearised(
+        &self,
+        motion: &Motion,
+        found: &Residual,
+    ) -> Result<Option<Linearised>> {
+        let accuracy = Accuracy::of_tolerance(DERIVATIVE_SHARE * found.size.min(1.0));
+        let legs = threads::map(
+            self.chain.lengths().len(),
+            DERIVATIVE,
+            || self.chain.worker(),
+            |worker, leg| {
+                let h = self.chain.lengths()[leg];
+                let start = motion.start(leg, h);
+                let derivative = self.chain.derivative(worker, leg, &start, accuracy)?;
+                Ok(derivative.and_then(|derivative| LinearLeg::new(&derivative, h)))
+            },
+        );
+        let legs: Option<Vec<LinearLeg>> = legs?.into_iter().collect();
+        let Some(legs) = legs else {
+            return Ok(None);
+        };
+        let rows = self.rows(&legs);
+        let velocities = match self.knots.ends {
+            Ends::Periodic => rows.factored_cyclic(),
+            Ends::Open(_) => rows.factored(),
+        };
+        Ok(velocities.map(|velocities| Linearised { legs, velocities }))
+    }
+
+    /// The system for the changes of the velocities.
+    fn rows(&self, legs: &[LinearLeg]) -> BlockTridiagonal {
+        let (d, count) = (self.chain.size(), self.knots.count());
+        let mut rows = BlockTridiagonal::zeros(count, d);
+        for knot in 0..count {
+            let [before, after] = self.knots.legs_at(knot);
+            let block = knot * d * d..(knot + 1) * d * d;
+            if self.knots.is_fixed(knot) {
+                for p in 0..d {
+                    rows.diagonal[block.start + p * d + p] = 1.0;
+                }
+                continue;
+            }
+            if let Some(leg) = before {
+                let [first, last] = &legs[leg].arrival;
+                let Scale(rate) = self.rate(leg);
+                add_rows(rate, first.as_ref(), &mut rows.below[block.clone()]);
+                add_rows(rate, last.as_ref(), &mut rows.diagonal[block.clone()]);
+            }
+            if let Some(leg) = after {
+                let Scale(rate) = self.rate(leg);
+                let [here, next] = [&legs[leg].before, &legs[leg].after].map(|a| a.subrows(0, d));
+                add_rows(-rate, here, &mut rows.diagonal[block.clone()]);
+                add_rows(-rate, next, &mut rows.above[block]);
+            }
+        }
+        rows
+    }
+
+    /// Factor from accelerations in the time of a leg to accelerations per unit of time squared.
+    fn rate(&self, leg: usize) -> Scale<f64> {
+        Scale(self.chain.lengths()[leg].powi(-2))
+    }
+
+    /// The change of all unknowns that solves the linear equations.
+    pub(crate) fn linear_step(&self, linear: &Linearised, found: &Residual) -> Vec<f64> {
+        let (d, legs) = (self.chain.size(), linear.legs.len());
+        let mut step = Motion::zeros(d, legs + 1);
+        for (i, leg) in linear.legs.iter().enumerate() {
+            let (inverse, miss) = (leg.inverse.as_ref(), step.derivatives_mut(i));
+            for (part, which) in [(0, 0), (d, 1)] {
+                let columns = inverse.subcols(part, d).to_owned();
+                add_product(-1.0, &columns, found.leg_ends.vector(i, which), miss);
+            }
+        }
+        let mut right = self.right_sides(found, |[before, after], right| {
+            if let Some(leg) = before {
+                let Scale(rate) = self.rate(leg);
+                add_product(
+                    -rate,
+                    &linear.legs[leg].by_derivatives,
+                    step.derivatives(leg),
+                    right,
+                );
+            }
+            if let Some(leg) = after {
+                let Scale(rate) = self.rate(leg);
+                for (right, first) in right.iter_mut().zip(step.derivatives(leg)) {
+                    *right += rate * first;
+                }
+            }
+        });
+        linear.velocities.solve(&mut right);
+        if matches!(self.knots.ends, Ends::Periodic) {
+            right.extend_from_within(..d);
+        }
+        for (i, leg) in linear.legs.iter().enumerate() {
+            let derivative = step.derivatives_mut(i);
+            add_product(1.0, &leg.before, &right[d * i..], derivative);
+            add_product(1.0, &leg.after, &right[d * (i + 1)..], derivative);
+        }
+        step.entries[..right.len()].copy_from_slice(&right);
+        step.entries
+    }
+}
+
+impl LinearLeg {
+    /// Built from the derivative of distance, velocity and acceleration with respect to the start; `None` if it is
+    /// singular.
+    fn new(derivative: &Mat<f64>, h: f64) -> Option<Self> {
+        let d = derivative.nrows() / 3;
+        let (ends, acceleration) = derivative.as_ref().split_at_row(2 * d);
+        let identity: Mat<f64> = Mat::identity(2 * d, 2 * d);
+        let inverse = solve_matrix(ends.subcols(d, 2 * d), identity.as_ref())?;
+        let before = &inverse * ends.subcols(0, d) * Scale(-h);
+        let after = inverse.as_ref().subcols(d, d) * Scale(h);
+        let (by_velocity, by_derivatives) = acceleration.split_at_col(d);
+        Some(LinearLeg {
+            arrival: [
+                by_derivatives * &before + by_velocity * Scale(h),
+                by_derivatives * &after,
+            ],
+            by_derivatives: by_derivatives.to_owned(),
+            inverse,
+            before,
+            after,
+        })
+    }
+}
+
+/// `out += factor a`, in row-major order.
+fn add_rows(factor: f64, a: MatRef<'_, f64>, out: &mut [f64]) {
+    for (row, out) in a.row_iter().zip(out.chunks_exact_mut(a.ncols())) {
+        for (out, a) in out.iter_mut().zip(row.iter()) {
+            *out += factor * a;
+        }
+    }
+}
+
+/// `out += factor a x`.
+fn add_product(factor: f64, a: &Mat<f64>, x: &[f64], out: &mut [f64]) {
+    for (column, x) in a.col_iter().zip(x) {
+        for (out, a) in out.iter_mut().zip(column.iter()) {
+            *out += factor * a * x;
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! The spline of a chain: from a single start or, if its knots are distant, the cheapest from several.
+
+use super::ambient::Ambient;
+use super::chain::Chain as _;
+use super::descent;
+use super::framed::Framed;
+use super::low_cost::{self, Cheapest};
+use super::solution::{Effort, Solution, Start};
+use crate::cubic::taylor::work::{TRIALS, Work};
+use crate::error::{Result, unless_interrupted};
+use crate::manifold::only_bases::Appearance;
+use crate::report::{SolverReport, StopReason};
+use crate::spline::ends::Ends;
+use crate::spline::options::SplineOptions;
+
+/// Minimal number of trials allowed for many knots in few dimensions. With 60, a spline through 40 points of St(20,5)
+/// is not solved.
+const TRIALS_IN_FRAMES: f64 = 120.0;
+
+/// Work limit of all solutions together, in units of the first one's. With 1, one more of 78 splines with given
+/// accelerations and uneven times is not solved.
+const FURTHER: f64 = 1.7;
+
+/// Solves a chain in few dimensions: from the flat spline and, if its knots are distant or that fails, from the results
+/// of descents. Returns the cheapest solution.
+///
+/// # Errors
+/// `Interrupted`, and the errors of the chain.
+pub(crate) fn in_frames(
+    chain: &Framed<'_>,
+    ends: &Ends,
+    options: &SplineOptions<'_>,
+) -> Result<Solution> {
+    let work = work_in_frames(chain, options);
+    let effort = Effort::new(options, &work);
+    // A start too fast to be integrated is left to descents.
+    let first = unless_interrupted(chain.solve(ends, Start::Flat, effort))?;
+    let first = first.unwrap_or_else(|| unsolved(effort));
+    let is_solved = first.report.converged;
+    if effort.is_spent(first.report.iterations) || is_solved && !low_cost::is_far(chain.longest()) {
+        return Ok(first);
+    }
+    work.allow(FURTHER);
+    let mut best = Cheapest::new(chain, first, effort.interrupt)?;
+    for course in descent::starts(chain, ends)? {
+        if work.is_done() {
+            break;
+        }
+        let end = course.end(chain, ends, effort)?;
+        best.try_start(chain, ends, end, effort)?;
+    }
+    let mut solution = best.into_solution();
+    if !solution.report.converged && work.is_done() {
+        solution.report.reason = StopReason::WorkLimit;
+    }
+    Ok(solution)
+}
+
+/// The work limit of a chain in few dimensions.
+pub(crate) fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions<'_>) -> Work {
+    let trial = chain.lengths().len() as f64 * chain.work_of_leg();
+    options.work(TRIALS_IN_FRAMES, trial, Appearance::Usual)
+}
+
+fn unsolved(effort: Effort<'_>) -> Solution {
+    let reason = effort.reason(0);
+    Solution::none(SolverReport::new(
+        reason,
+        0,
+        f64::INFINITY,
+        effort.tolerance,
+    ))
+}
+
+/// Solves a chain in many dimensions.
+///
+/// If its knots are distant, the solution need not be the cheapest.
+///
+/// # Errors
+/// `Interrupted`; an error if the start cannot be integrated.
+pub(crate) fn in_ambient(
+    chain: &Ambient<'_>,
+    ends: &Ends,
+    points: Appearance,
+    options: &SplineOptions<'_>,
+) -> Result<Solution> {
+    let trial = chain.lengths().len() as f64 * chain.work_of_leg();
+    let work = options.work(TRIALS, trial, points);
+    chain.solve(ends, Effort::new(options, &work))
+}

@@ -1,0 +1,157 @@
+//! Quasi-geodesics between neighbouring knots (geodesics between subspaces), along which vectors are carried from knot
+//! to knot: for geometric and flat splines, and velocities from points.
+
+use faer::{Mat, MatMut, MatRef};
+
+use crate::error::Result;
+use crate::legs::{End, Knots};
+use crate::linalg::field::add;
+use crate::linalg::product::axpy;
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::carrier::Carrier;
+use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::solve::tridiagonal::{Direction, Isometries};
+use crate::space::Quotient;
+use crate::spline::chains::chain::{JOIN, Joint, joint};
+use crate::threads::{self, scaled};
+
+/// The curves, in order.
+pub(crate) struct Links {
+    links: Vec<Link>,
+}
+
+struct Link {
+    curve: QuasiGeodesic,
+    carrier: Carrier,
+    /// Velocities at the start and at the end.
+    displacements: [Mat<f64>; 2],
+}
+
+impl Link {
+    fn new(
+        [s0, s1]: [MatRef<'_, f64>; 2],
+        quotient: Quotient,
+        problem: &mut EndpointProblem,
+    ) -> Result<Self> {
+        let (n, k) = s0.shape();
+        let Joint { curve, turn } = joint(s0, s1, quotient, problem)?;
+        let mut carrier = Carrier::new(n, k);
+        carrier.set(&curve)?;
+        if let Some(turn) = &turn {
+            carrier.turn_basis(turn);
+        }
+        let first = curve.initial_velocity();
+        let mut last = first.clone();
+        carrier.carry(&curve, last.as_mut(), Direction::Forward);
+        Ok(Link {
+            curve,
+            carrier,
+            displacements: [first, last],
+        })
+    }
+}
+
+impl Links {
+    /// # Errors
+    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle`, wrapped in `AtKnot` of the first of
+    /// the two points.
+    pub(crate) fn new(points: &[Mat<f64>], quotient: Quotient) -> Result<Self> {
+        let (n, k) = points[0].shape();
+        let links = threads::map(
+            points.len() - 1,
+            scaled(JOIN, (n, k)),
+            || EndpointProblem::new(n, k),
+            |problem, knot| {
+                let ends = [knot, knot + 1].map(|knot| points[knot].as_ref());
+                Link::new(ends, quotient, problem).map_err(|error| error.at_knot(knot))
+            },
+        )?;
+        Ok(Links { links })
+    }
+
+    /// The velocity of a link at its start.
+    pub(crate) fn first(&self, link: usize) -> &Mat<f64> {
+        &self.links[link].displacements[0]
+    }
+
+    /// The velocity of a link at its end.
+    pub(crate) fn last(&self, link: usize) -> &Mat<f64> {
+        &self.links[link].displacements[1]
+    }
+
+    /// The right-hand sides of a cubic spline of flat space, of `n k` entries per knot, for the velocities at the knots; given
+    /// velocities and accelerations enter the equations of their knots.
+    ///
+    /// ```math
+    /// \frac{2 v_{i-1} + 4 v_i}{h_-} + \frac{4 v_i + 2 v_{i+1}}{h_+}
+    ///     = 6 \Bigl( \frac{\Delta_-}{h_-^2} + \frac{\Delta_+}{h_+^2} \Bigr)
+    /// ```
+    ///
+    /// with the displacements of the links, carried from knot to knot.
+    pub(crate) fn right_sides(&self, knots: &Knots<'_>) -> Vec<f64> {
+        let (count, size) = (knots.count(), self.size());
+        let mut right = vec![0.0; count * size];
+        for (leg, h) in knots.lengths.iter().enumerate() {
+            for (knot, displacement) in
+                [(leg, self.first(leg)), ((leg + 1) % count, self.last(leg))]
+            {
+                let here = &mut right[knot * size..][..size];
+                axpy(
+                    matrix_mut(here, displacement.shape()),
+                    6.0 / (h * h),
+                    displacement,
+                );
+            }
+        }
+        for (knot, right) in right.chunks_exact_mut(size).enumerate() {
+            match knots.end_at(knot) {
+                Some((End::Velocity(v), _)) => right.copy_from_slice(v),
+                Some((End::Acceleration(a), sign)) => add(right, -sign, a),
+                None => {}
+            }
+        }
+        right
+    }
+
+    /// Carries a vector from one end of a link to the other.
+    pub(crate) fn carry(
+        &mut self,
+        link: usize,
+        v: MatRef<'_, f64>,
+        mut to: MatMut<'_, f64>,
+        way: Direction,
+    ) {
+        let Link { curve, carrier, .. } = &mut self.links[link];
+        to.copy_from(v);
+        carrier.carry(curve, to, way);
+    }
+}
+
+impl Isometries for Links {
+    fn size(&self) -> usize {
+        let (n, k) = self.first(0).shape();
+        n * k
+    }
+
+    fn carry_into(
+        &mut self,
+        link: usize,
+        way: Direction,
+        from: &[f64],
+        to: &mut [f64],
+    ) -> Result<()> {
+        let shape = self.first(link).shape();
+        self.carry(link, matrix(from, shape), matrix_mut(to, shape), way);
+        Ok(())
+    }
+}
+
+/// The entries of a vector as a matrix, in column-major order.
+pub(crate) fn matrix(entries: &[f64], shape: (usize, usize)) -> MatRef<'_, f64> {
+    MatRef::from_column_major_slice(entries, shape.0, shape.1)
+}
+
+/// As [`matrix`], mutable.
+pub(crate) fn matrix_mut(entries: &mut [f64], shape: (usize, usize)) -> MatMut<'_, f64> {
+    MatMut::from_column_major_slice_mut(entries, shape.0, shape.1)
+}

@@ -1,0 +1,474 @@
+//! Smoothing splines: curves that balance closeness to data against their cost.
+//!
+//! ```math
+//! \min_S \sum_i w_i\, d(S(t_i), Y_i)^2 + \lambda \int |D_t S'|^2\, dt
+//! ```
+//!
+//! Between knots the curve is a Riemannian cubic; velocity and covariant acceleration are continuous, and the covariant
+//! jerk jumps at the data:
+//!
+//! ```math
+//! D_t^2 S'(t_i^+) - D_t^2 S'(t_i^-) = \frac1\lambda \sum_{j : t_j = t_i} w_j \log_{S(t_i)} Y_j
+//! ```
+//!
+//! # Source
+//! Reinsch (1967), "Smoothing by spline functions", Numer. Math. 10, 177-183, in flat space; the equations on a manifold are
+//! the first variation of the sum (Samir, Absil, Srivastava, Klassen (2012), Found. Comput. Math. 12, 49-73). Generalised
+//! cross-validation: Craven, Wahba (1979), Numer. Math. 31, 377-403.
+
+use faer::{Mat, MatRef};
+
+use super::generalised_cross_validation::GeneralisedCrossValidation;
+use super::grouped::Grouped;
+use super::smoothing_equations::{Data, SmoothingEquations, work_of_balance};
+use super::straight::Straight;
+use crate::cubic::{IntegrationOptions, RiemannianCubic};
+use crate::curve::Curve;
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::manifold::only_bases::{Appearance, advised_curve, appearance};
+use crate::manifold::{Grassmann, Stiefel};
+use crate::report::{SolverReport, StopReason};
+use crate::space::{Quotient, ScalarField};
+use crate::spline::bases::joined;
+use crate::spline::chains::ambient::Ambient;
+use crate::spline::chains::chain::{Movable, Space, pieces};
+use crate::spline::chains::framed::{Framed, frames};
+use crate::spline::ends::EndConditions;
+use crate::spline::knots;
+use crate::spline::options::{MAX_ITERATIONS, SplineOptions};
+use crate::spline::piecewise::Piecewise;
+use crate::spline::reduced_knots::ReducedKnots;
+use crate::spline::riemannian::check_complex;
+use crate::spline::riemannian::cubic_spline;
+use crate::threads;
+
+const SOLVER: &str = "smoothing spline";
+
+/// Microseconds of the cost of a piece; 32 on St(20,5).
+const COST: f64 = 4.0;
+
+/// Minimal number of trials allowed for many data: with two threads, 120 random points on St(9, 7) are refused after
+/// 2.0 s. With 40 trials they are refused after 1.4 s, but a hundred noisy points of a geodesic on St(12, 4) are not
+/// solved.
+const TRIALS: f64 = 57.0;
+
+/// Work limit of both starts together, in units of the first one's. With 1, sixteen of 288 sets of noisy points of
+/// geodesics are not solved; with 2, no further ones are.
+const BOTH_STARTS: f64 = 1.6;
+
+/// Relative amount by which the objective of a minimum may exceed that of another curve: the square of the defects left
+/// at convergence, and round-off.
+const NO_WORSE: f64 = 1e-9;
+
+/// Options of a smoothing spline.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::spline::{SmoothingOptions, smoothing_spline};
+/// let points = [0.0_f64, 0.5, 0.3, 0.9].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let (t, views) = ([0.0, 1.0, 2.0, 3.0], points.each_ref().map(|point| point.as_ref()));
+/// let with = |lambda| SmoothingOptions { lambda: Some(lambda), ..Default::default() };
+/// // Nothing but the data counts: the spline through them.
+/// assert!(smoothing_spline(&t, &views, None, &with(0.0))?.misfit < 1e-20);
+/// // Nothing but the cost counts: the line of regression of the angle, here 0.25 t + 0.05.
+/// let line = smoothing_spline(&t, &views, None, &with(1e6))?;
+/// assert!((line.misfit - 0.115).abs() < 1e-6);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct SmoothingOptions<'a> {
+    /// `lambda`, in units of squared distance times time cubed; infinite for geodesic regression; chosen by generalised
+    /// cross-validation if it is `None`.
+    pub lambda: Option<f64>,
+    /// The iteration has converged once all defects of legs, jumps of the acceleration and imbalances at knots are at
+    /// most this, in the time of a leg, or at most round-off if there are thousands of legs.
+    pub tolerance: f64,
+    /// Maximal number of steps. Values above the default raise the [limit of work](crate::StopReason::WorkLimit) in
+    /// proportion.
+    pub max_iterations: usize,
+    /// The meaning of the points: frames or subspaces.
+    pub quotient: Quotient,
+    /// Scalars of the points; complex points are embedded in real ones.
+    pub field: ScalarField,
+    /// Polled before every leg of every step.
+    pub interrupt: Interrupt<'a>,
+}
+
+impl Default for SmoothingOptions<'_> {
+    /// Cross-validation, `1e-11`, at most 200 steps.
+    fn default() -> Self {
+        SmoothingOptions {
+            lambda: None,
+            tolerance: 1e-11,
+            max_iterations: MAX_ITERATIONS,
+            quotient: Quotient::Frames,
+            field: ScalarField::Real,
+            interrupt: Interrupt::NEVER,
+        }
+    }
+}
+
+impl<'a> SmoothingOptions<'a> {
+    /// Options of the interpolating spline through the data.
+    fn spline(&self) -> SplineOptions<'a> {
+        SplineOptions {
+            tolerance: self.tolerance,
+            max_iterations: self.max_iterations,
+            quotient: self.quotient,
+            field: self.field,
+            interrupt: self.interrupt,
+            ..SplineOptions::default()
+        }
+    }
+}
+
+/// A smoothing spline and the figures of its fit.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::Curve;
+/// use stiefel_rs::spline::{SmoothingOptions, smoothing_spline};
+/// let points = [0.0_f64, 0.5, 0.3, 0.9].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let (t, views) = ([0.0, 1.0, 2.0, 3.0], points.each_ref().map(|point| point.as_ref()));
+/// let with = |lambda| SmoothingOptions { lambda: Some(lambda), ..Default::default() };
+/// let close = smoothing_spline(&t, &views, None, &with(0.01))?;
+/// let smooth = smoothing_spline(&t, &views, None, &with(1.0))?;
+/// assert!(close.misfit < smooth.misfit && smooth.curve.cost()? < close.curve.cost()?);
+/// assert!(2.0 < smooth.degrees_of_freedom && smooth.degrees_of_freedom < close.degrees_of_freedom);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct SmoothingSpline {
+    /// The curve.
+    pub curve: Piecewise<RiemannianCubic>,
+    /// The weight of the cost, as given or chosen.
+    pub lambda: f64,
+    /// `sum_i w_i d(S(t_i), Y_i)^2`.
+    pub misfit: f64,
+    /// Trace of the influence matrix of the spline in flat space: the effective number of data that the curve can
+    /// follow, between 2 and the number of data.
+    pub degrees_of_freedom: f64,
+    /// The report of the solver.
+    pub report: SolverReport,
+}
+
+/// The smoothing spline of the given data.
+///
+/// Generalised cross-validation chooses the `lambda` that minimises
+///
+/// ```math
+/// \frac{N \sum_i w_i |r_i|^2}{(N - \mathrm{tr} A)^2}
+/// ```
+///
+/// with residuals `r` and influence matrix `A` of the smoothing spline in flat space, to which the data are unrolled
+/// along quasi-geodesics between neighbours; on the circle this is exact.
+///
+/// If `lambda` exceeds about the fourth power of the number of data, in units of the mean step, the curve is the
+/// regression geodesic; for infinite `lambda` exactly so. Between two points it is the geodesic for every `lambda`.
+///
+/// # Arguments
+/// * `t` - times in non-decreasing order; `data` - one point per time, shape `(n, k)`
+/// * `weights` - one per datum, positive; all 1 if `None`
+/// # Errors
+/// `Shape` (also two points without `lambda`), `NonFinite`, `InvalidArgument` (decreasing times, weights, `lambda`);
+/// `NoConvergence` (with `NotMinimal` if some geodesic near the data is better than the curve found), which is in
+/// `OnlyBases` at a knot if most data look like mere bases; `Interrupted`;
+/// wrapped in `AtKnot`, with the index of the distinct time: `NotOrthonormal`, the errors of joining neighbours, and
+/// `LogNotFound` and similar errors if a datum is too far from the curve.
+pub fn smoothing_spline(
+    t: &[f64],
+    data: &[MatRef<'_, f64>],
+    weights: Option<&[f64]>,
+    options: &SmoothingOptions<'_>,
+) -> Result<SmoothingSpline> {
+    knots::check_tolerance(options.tolerance)?;
+    let manifold = check(t, data, weights, options.lambda)?;
+    options.field.check(data.iter().copied())?;
+    let grouped = Grouped::new(t, weights);
+    let firsts: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
+    let found = smoothed(&manifold, data, grouped, &firsts, options);
+    found.map_err(|error| advised_curve(error, options.quotient, &firsts))
+}
+
+/// The spline of checked data, whose first points at each time are `firsts`.
+fn smoothed(
+    manifold: &Stiefel,
+    data: &[MatRef<'_, f64>],
+    grouped: Grouped,
+    firsts: &[MatRef<'_, f64>],
+    options: &SmoothingOptions<'_>,
+) -> Result<SmoothingSpline> {
+    // St(1, 1) has dimension zero.
+    if dim(manifold, options.quotient) == 0 {
+        return interpolated(manifold, data, &grouped, firsts, options);
+    }
+    if let [first, last] = data {
+        return between(manifold, [*first, *last], grouped.t, options);
+    }
+    if options.lambda == Some(0.0) {
+        return interpolated(manifold, data, &grouped, firsts, options);
+    }
+    let kind = options.spline().kind();
+    let knots = ReducedKnots::new(kind, &grouped.t, firsts, data)?;
+    let low = data.iter().map(|point| knots.point(*point)).collect();
+    let heaviest = grouped
+        .weights
+        .iter()
+        .fold(0.0, |most: f64, w| most.max(*w));
+    let weights = grouped.weights.iter().map(|w| w / heaviest).collect();
+    let data = Data::new(low, grouped.knots.clone(), weights);
+    // Multiply one factor at a time: the product of the factors may overflow.
+    let given = options
+        .lambda
+        .map(|lambda| lambda / knots.unit / knots.unit / knots.unit / heaviest);
+    let (space, interrupt) = (knots.space(), options.interrupt);
+    let solved = if knots.is_small() {
+        let through = |points: &[Mat<f64>]| {
+            let frames = frames(kind, points)?.into();
+            let (columns, lengths) = (points[0].ncols(), knots.lengths.clone());
+            Framed::new(kind, frames, columns, lengths, interrupt)
+        };
+        solve(through, &knots.points, &data, given, &space, options)?
+    } else {
+        let through = |points: &[Mat<f64>]| {
+            let (points, lengths) = (points.to_vec(), knots.lengths.clone());
+            Ambient::new(kind, points, lengths, interrupt)
+        };
+        solve(through, &knots.points, &data, given, &space, options)?
+    };
+    let report = solved.report;
+    if !report.converged {
+        return Err(Error::NoConvergence {
+            solver: SOLVER,
+            report,
+        });
+    }
+    check_complex(options.field, &solved.pieces)?;
+    let found = solved.lambda * heaviest * knots.unit * knots.unit * knots.unit;
+    let lambda = options.lambda.unwrap_or(found);
+    if options.lambda.is_none() && !lambda.is_normal() {
+        return Err(Error::InvalidArgument {
+            name: "t",
+            requirement: "in a unit of time in which the chosen lambda neither overflows nor underflows",
+            found: knots.unit,
+        });
+    }
+    Ok(SmoothingSpline {
+        curve: Piecewise::new(
+            grouped.t,
+            joined(options.quotient, knots.first_turn(), solved.pieces, None)?,
+        ),
+        lambda,
+        misfit: solved.misfit * heaviest,
+        degrees_of_freedom: solved.degrees_of_freedom,
+        report,
+    })
+}
+
+fn check(
+    t: &[f64],
+    data: &[MatRef<'_, f64>],
+    weights: Option<&[f64]>,
+    lambda: Option<f64>,
+) -> Result<Stiefel> {
+    let manifold = knots::check_data(t, data)?;
+    if let Some(weights) = weights {
+        if weights.len() != t.len() {
+            return Err(Error::Shape {
+                name: "weights",
+                expected: format!("one for each of the {} points", t.len()),
+                found: format!("{} weights", weights.len()),
+            });
+        }
+        if let Some((i, found)) = weights
+            .iter()
+            .enumerate()
+            .find(|(_, w)| !(**w > 0.0 && w.is_finite()))
+        {
+            let error = Error::InvalidArgument {
+                name: "weights",
+                requirement: "positive and finite",
+                found: *found,
+            };
+            return Err(error.at_knot(i));
+        }
+    }
+    match lambda {
+        Some(found) if found.is_nan() || found < 0.0 => Err(Error::InvalidArgument {
+            name: "lam",
+            requirement: "at least 0, or infinite",
+            found,
+        }),
+        _ => Ok(manifold),
+    }
+}
+
+/// For two points: the geodesic between them has neither misfit nor cost.
+fn between(
+    manifold: &Stiefel,
+    data: [MatRef<'_, f64>; 2],
+    t: Vec<f64>,
+    options: &SmoothingOptions<'_>,
+) -> Result<SmoothingSpline> {
+    let Some(lambda) = options.lambda else {
+        return Err(Error::Shape {
+            name: "t",
+            expected: "at least three times for cross-validation, or lam given".to_owned(),
+            found: "2".to_owned(),
+        });
+    };
+    let [s0, s1] = data;
+    let found = match options.quotient {
+        Quotient::Frames => {
+            let found = manifold.log_interruptible(s0, s1, options.interrupt);
+            found.map(|(velocity, log)| (velocity, (log.iterations, log.residual)))
+        }
+        Quotient::Subspaces => Grassmann::new(manifold.n(), manifold.k())?
+            .log(s0, s1)
+            .map(|velocity| (velocity, (0, 0.0))),
+    };
+    let (velocity, (iterations, residual)) = found.map_err(|error| error.at_knot(0))?;
+    let zero = Mat::zeros(s0.nrows(), s0.ncols());
+    let integration = IntegrationOptions {
+        quotient: options.quotient,
+        interrupt: options.interrupt,
+        ..IntegrationOptions::default()
+    };
+    let [v, zero] = [&velocity, &zero].map(|vector| vector.as_ref());
+    let piece = RiemannianCubic::from_initial(s0, v, zero, zero, &integration)?;
+    Ok(SmoothingSpline {
+        curve: Piecewise::new(t, vec![piece]),
+        lambda,
+        misfit: 0.0,
+        degrees_of_freedom: 2.0,
+        report: SolverReport::new(
+            StopReason::Converged,
+            iterations,
+            residual,
+            options.tolerance.max(residual),
+        ),
+    })
+}
+
+/// For a zero weight of the cost: the natural spline through the data.
+fn interpolated(
+    manifold: &Stiefel,
+    data: &[MatRef<'_, f64>],
+    grouped: &Grouped,
+    points: &[MatRef<'_, f64>],
+    options: &SmoothingOptions<'_>,
+) -> Result<SmoothingSpline> {
+    if grouped.t.len() < data.len() && dim(manifold, options.quotient) > 0 {
+        return Err(Error::InvalidArgument {
+            name: "lam",
+            requirement: "positive if times repeat",
+            found: 0.0,
+        });
+    }
+    let natural = EndConditions::Natural;
+    let (curve, report) = cubic_spline(&grouped.t, points, &natural, &options.spline())?;
+    Ok(SmoothingSpline {
+        curve,
+        lambda: options.lambda.unwrap_or(0.0),
+        misfit: 0.0,
+        degrees_of_freedom: points.len() as f64,
+        report,
+    })
+}
+
+struct Solved {
+    pieces: Vec<RiemannianCubic>,
+    report: SolverReport,
+    /// In units of the mean leg.
+    lambda: f64,
+    misfit: f64,
+    degrees_of_freedom: f64,
+}
+
+/// Starts at the points of a chain through the data; if that leads to no minimum, at the points of the geodesic nearest
+/// to them.
+fn solve<C: Movable>(
+    through: impl Fn(&[Mat<f64>]) -> Result<C>,
+    points: &[Mat<f64>],
+    data: &Data,
+    lambda: Option<f64>,
+    space: &Space,
+    options: &SmoothingOptions<'_>,
+) -> Result<Solved> {
+    let (chain, seem) = (through(points)?, appearance(options.quotient, points));
+    let work = options.spline().work(TRIALS, work_of_balance(&chain), seem);
+    let validation = GeneralisedCrossValidation::new(&chain, data, &work)?;
+    let lambda = match lambda {
+        Some(lambda) => lambda,
+        None => validation.best()?,
+    };
+    let flat = validation.flat(lambda)?;
+    let degrees_of_freedom = flat.degrees_of_freedom(chain.lengths())?;
+    let straight = Straight::nearest(chain.lengths(), data, options.quotient, options.interrupt)?;
+    let attempt = |chain: C| -> Result<Solved> {
+        let mut fit = SmoothingEquations::new(chain, data, flat.clone(), &work)?;
+        let mut report = fit.solve(options.tolerance, options.max_iterations)?;
+        let mut found = Vec::new();
+        if report.converged {
+            let (chain, motion) = (fit.chain(), fit.motion());
+            found = pieces(chain.lengths().len(), space, |leg| {
+                chain.integrated(leg, motion, options.interrupt)
+            })?;
+            let objective = fit.misfit() + flat.lambda() * cost(&found, fit.chain().lengths())?;
+            let bound = straight.as_ref().map_or(f64::INFINITY, |one| one.misfit);
+            if objective > bound * (1.0 + NO_WORSE) + options.tolerance.powi(2) {
+                report = SolverReport::new(
+                    StopReason::NotMinimal,
+                    report.iterations,
+                    report.residual,
+                    report.tolerance,
+                );
+            }
+        }
+        Ok(Solved {
+            pieces: found,
+            report,
+            lambda,
+            misfit: fit.misfit(),
+            degrees_of_freedom,
+        })
+    };
+    let first = attempt(chain);
+    match (&first, &straight) {
+        (Err(error), _) if error.is_interrupted() => first,
+        (Ok(solved), _) if solved.report.converged => first,
+        (_, None) => first,
+        _ if seem == Appearance::Bases => first,
+        (_, Some(straight)) => {
+            work.allow(BOTH_STARTS);
+            match through(&straight.points).and_then(attempt) {
+                Err(error) if error.is_interrupted() => Err(error),
+                Ok(second) if second.report.converged => Ok(second),
+                // The error of the start at the data is more informative.
+                Ok(_) | Err(_) => first,
+            }
+        }
+    }
+}
+
+/// The cost of pieces on `[0, 1]` that take the given durations.
+fn cost(pieces: &[RiemannianCubic], lengths: &[f64]) -> Result<f64> {
+    let each = threads::map(
+        pieces.len(),
+        COST,
+        || (),
+        |(), leg| Ok(pieces[leg].cost()? * lengths[leg].powi(-3)),
+    )?;
+    Ok(each.iter().sum())
+}
+
+/// Dimension of the manifold of the points.
+fn dim(manifold: &Stiefel, quotient: Quotient) -> usize {
+    match quotient {
+        Quotient::Frames => manifold.dim(),
+        Quotient::Subspaces => (manifold.n() - manifold.k()) * manifold.k(),
+    }
+}
