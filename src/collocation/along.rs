@@ -4,16 +4,16 @@ use crate::linalg::lanes::Lanes;
 use crate::space::Homogeneous;
 
 /// A curve at eight nodes.
-pub(super) struct Along {
+pub(crate) struct Along {
     /// Skew matrices of `x, x', x''`.
-    pub(super) x: [Vec<Lanes>; 3],
+    pub(crate) x: [Vec<Lanes>; 3],
     /// `[x, x']_h` and its negative.
-    pub(super) turning: [Vec<Lanes>; 2],
+    pub(crate) turning: [Vec<Lanes>; 2],
 }
 
 impl Along {
     /// A curve at rest.
-    pub(super) fn new(space: impl Homogeneous) -> Self {
+    pub(crate) fn new(space: impl Homogeneous) -> Self {
         let zeros = |count: usize| vec![Lanes::ZERO; count];
         Along {
             x: std::array::from_fn(|_| zeros(space.size().pow(2))),
@@ -23,7 +23,7 @@ impl Along {
 
     /// Sets the curve from coordinates of `x, x', x''`.
     #[inline(always)]
-    pub(super) fn set(&mut self, space: impl Homogeneous, x: [&[Lanes]; 3]) {
+    pub(crate) fn set(&mut self, space: impl Homogeneous, x: [&[Lanes]; 3]) {
         for (matrix, x) in self.x.iter_mut().zip(x) {
             space.matrix_into(x, matrix);
         }
@@ -36,7 +36,7 @@ impl Along {
 
     /// Adds the brackets of the equation, `[x'', x]_m - [[x, x']_h, x]`.
     #[inline(always)]
-    pub(super) fn add_brackets(&self, space: impl Homogeneous, out: &mut [Lanes]) {
+    pub(crate) fn add_brackets(&self, space: impl Homogeneous, out: &mut [Lanes]) {
         let [x, _, x2] = &self.x;
         if !space.is_symmetric() {
             space.add_bracket(x2, x, 1.0, out);
@@ -48,7 +48,7 @@ impl Along {
 
     /// Adds their change, from the matrices of the changes `w, a, b` of `x, x', x''`; `z` holds an element of `h`.
     #[inline(always)]
-    pub(super) fn add_change(
+    pub(crate) fn add_change(
         &self,
         space: impl Homogeneous,
         [w, a, b]: [&[Lanes]; 3],

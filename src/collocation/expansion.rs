@@ -12,12 +12,12 @@ const TIMES: usize = 4;
 
 /// Largest number of nodes for which polynomials written in powers are accurate at the ends of legs: with 44,
 /// accelerations jump by up to 4e-10.
-pub(super) const EXACT: usize = 32;
+pub(crate) const EXACT: usize = 32;
 
 /// The matrices that map values at nodes to coefficients.
-pub(super) struct Expansion {
+pub(crate) struct Expansion {
     /// Degree of all polynomials: that of the fourth integrals.
-    pub(super) order: usize,
+    pub(crate) order: usize,
     /// Maps values at the nodes to Legendre coefficients.
     analysis: Vec<f64>,
     /// Maps Legendre coefficients of a function to coefficients in `s - 1/2` of its values and repeated integrals from 0.
@@ -28,7 +28,7 @@ pub(super) struct Expansion {
 static EXPANSIONS: Mutex<BTreeMap<usize, Arc<Expansion>>> = Mutex::new(BTreeMap::new());
 
 impl Expansion {
-    pub(super) fn of(nodes: &Nodes) -> Arc<Self> {
+    pub(crate) fn of(nodes: &Nodes) -> Arc<Self> {
         let mut known = EXPANSIONS.lock().unwrap_or_else(PoisonError::into_inner);
         let expansion = known.entry(nodes.len());
         Arc::clone(expansion.or_insert_with(|| Arc::new(Expansion::new(nodes))))
@@ -60,17 +60,17 @@ impl Expansion {
     }
 
     /// Coefficients of several functions from their values, node by node.
-    pub(super) fn values(&self, values: &[f64], functions: usize) -> Vec<f64> {
+    pub(crate) fn values(&self, values: &[f64], functions: usize) -> Vec<f64> {
         self.coefficients(0, values, functions)
     }
 
     /// Those of their third integrals from 0.
-    pub(super) fn third_integrals(&self, values: &[f64], functions: usize) -> Vec<f64> {
+    pub(crate) fn third_integrals(&self, values: &[f64], functions: usize) -> Vec<f64> {
         self.coefficients(3, values, functions)
     }
 
     /// Those of their fourth integrals.
-    pub(super) fn fourth_integrals(&self, values: &[f64], functions: usize) -> Vec<f64> {
+    pub(crate) fn fourth_integrals(&self, values: &[f64], functions: usize) -> Vec<f64> {
         self.coefficients(TIMES, values, functions)
     }
 
@@ -92,7 +92,7 @@ impl Expansion {
 }
 
 /// Adds the cubic polynomials in powers of `s - 1/2` with the given values, first, second and third derivatives at 0.
-pub(super) fn add_cubic([s, v, second, third]: [&[f64]; 4], out: &mut [f64]) {
+pub(crate) fn add_cubic([s, v, second, third]: [&[f64]; 4], out: &mut [f64]) {
     let size = s.len();
     for p in 0..size {
         let [s, v, second, third] = [s[p], v[p], second[p] / 2.0, third[p] / 6.0];

@@ -20,10 +20,10 @@ const AWAY: f64 = 0.3;
 const MOST_CORRECTIONS: usize = 5;
 
 /// Frames relative to the one at the start, shape `(r, r)` in row-major order: at the nodes, by groups, and at the end.
-pub(super) struct LaneFrames {
+pub(crate) struct LaneFrames {
     r: usize,
-    pub(super) at_nodes: Vec<Lanes>,
-    pub(super) last: Vec<f64>,
+    pub(crate) at_nodes: Vec<Lanes>,
+    pub(crate) last: Vec<f64>,
     defects: Vec<Lanes>,
     last_defect: Vec<f64>,
     rates: Vec<Lanes>,
@@ -34,7 +34,7 @@ pub(super) struct LaneFrames {
 
 impl LaneFrames {
     /// Frames without rotation.
-    pub(super) fn new(space: impl Homogeneous, nodes: &LaneNodes) -> Self {
+    pub(crate) fn new(space: impl Homogeneous, nodes: &LaneNodes) -> Self {
         let r = space.size();
         let (square, groups) = (r * r, nodes.groups());
         let zeros = |count: usize| vec![Lanes::ZERO; count];
@@ -62,7 +62,7 @@ impl LaneFrames {
 
     /// Updates the frames for a curve, from frames along a curve nearby if the present ones are such, until their defect
     /// is about as small as wanted; returns it. It is large for curves that are too fast.
-    pub(super) fn update(
+    pub(crate) fn update(
         &mut self,
         nodes: &LaneNodes,
         along: &[Along],
@@ -98,7 +98,7 @@ impl LaneFrames {
     }
 
     /// The frames at other nodes, interpolated.
-    pub(super) fn on_nodes(&self, from: &LaneNodes, to: &LaneNodes) -> Self {
+    pub(crate) fn on_nodes(&self, from: &LaneNodes, to: &LaneNodes) -> Self {
         let mut out = LaneFrames {
             r: self.r,
             at_nodes: Vec::new(),
@@ -178,7 +178,7 @@ impl LaneFrames {
     }
 
     /// The largest entry of the last two Legendre coefficients of `g'`.
-    pub(super) fn tail(&mut self, nodes: &LaneNodes, along: &[Along]) -> f64 {
+    pub(crate) fn tail(&mut self, nodes: &LaneNodes, along: &[Along]) -> f64 {
         let square = self.r * self.r;
         self.set_defects(nodes, along);
         nodes.largest_tail(&self.rates, square)

@@ -6,7 +6,7 @@ use crate::linalg::simd::vectorised;
 
 /// `out = a b^T` for matrices with rows of length `inner`; in row `j` of `b`, only the first `lengths[j]` entries may be
 /// nonzero.
-pub(super) fn times_transposed(
+pub(crate) fn times_transposed(
     a: &[Lanes],
     b: &[Lanes],
     inner: usize,
@@ -20,7 +20,7 @@ pub(super) fn times_transposed(
 }
 
 /// `out += a b` for matrices of size `r`.
-pub(super) fn add_product(a: &[Lanes], b: &[Lanes], r: usize, out: &mut [Lanes]) {
+pub(crate) fn add_product(a: &[Lanes], b: &[Lanes], r: usize, out: &mut [Lanes]) {
     vectorised(
         #[inline(always)]
         || accumulate(a, r, b, r, out),
@@ -28,7 +28,7 @@ pub(super) fn add_product(a: &[Lanes], b: &[Lanes], r: usize, out: &mut [Lanes])
 }
 
 /// The same for matrices of numbers.
-pub(super) fn add_product_of_numbers(a: &[f64], b: &[f64], r: usize, out: &mut [f64]) {
+pub(crate) fn add_product_of_numbers(a: &[f64], b: &[f64], r: usize, out: &mut [f64]) {
     vectorised(
         #[inline(always)]
         || accumulate(a, r, b, r, out),
@@ -44,7 +44,7 @@ const MOST_POLAR_STEPS: usize = 5;
 ///
 /// # Source
 /// Higham (2008), "Functions of Matrices", sec. 8.3.
-pub(super) fn polar_factor(q: &mut [f64], r: usize) {
+pub(crate) fn polar_factor(q: &mut [f64], r: usize) {
     let square = r * r;
     let mut work = vec![0.0; 2 * square];
     let (transposed, gram) = work.split_at_mut(square);

@@ -12,14 +12,14 @@ use crate::linalg::simd::vectorised;
 const TIMES: usize = 3;
 
 /// Largest number of nodes.
-pub(super) const MOST: usize = 48;
+pub(crate) const MOST: usize = 48;
 
 /// A multiple of eight nodes. Values of several functions at them are stored by groups of nodes, then by functions.
 #[derive(Debug)]
-pub(super) struct LaneNodes {
-    pub(super) nodes: Arc<Nodes>,
-    pub(super) s: Vec<Lanes>,
-    pub(super) weights: Vec<Lanes>,
+pub(crate) struct LaneNodes {
+    pub(crate) nodes: Arc<Nodes>,
+    pub(crate) s: Vec<Lanes>,
+    pub(crate) weights: Vec<Lanes>,
     /// For one to three integrals: to all groups of nodes, of the polynomial that is one at a node, node by node.
     columns: [Vec<Lanes>; TIMES],
 }
@@ -36,13 +36,13 @@ type Columns = Arc<Vec<Lanes>>;
 
 impl LaneNodes {
     /// At least the given number of nodes; `None` for more than [`MOST`].
-    pub(super) fn at_least(count: usize) -> Option<Arc<Self>> {
+    pub(crate) fn at_least(count: usize) -> Option<Arc<Self>> {
         let count = count.next_multiple_of(LANES);
         (count <= MOST).then(|| Self::of(count))
     }
 
     /// The smallest number of nodes.
-    pub(super) fn few() -> Arc<Self> {
+    pub(crate) fn few() -> Arc<Self> {
         Self::of(LANES)
     }
 
@@ -68,17 +68,17 @@ impl LaneNodes {
     }
 
     /// Number of nodes.
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.nodes.len()
     }
 
     /// Number of groups.
-    pub(super) fn groups(&self) -> usize {
+    pub(crate) fn groups(&self) -> usize {
         self.s.len()
     }
 
     /// Adds repeated integrals from 0 to the nodes, of functions with the given values.
-    pub(super) fn add_integrals(
+    pub(crate) fn add_integrals(
         &self,
         times: usize,
         values: &[Lanes],
@@ -95,7 +95,7 @@ impl LaneNodes {
     }
 
     /// Adds repeated integrals from 0 to 1.
-    pub(super) fn add_integrals_to_end(
+    pub(crate) fn add_integrals_to_end(
         &self,
         times: usize,
         values: &[Lanes],
@@ -116,7 +116,7 @@ impl LaneNodes {
     }
 
     /// Values of the polynomials through given values, at other nodes.
-    pub(super) fn values_at(
+    pub(crate) fn values_at(
         &self,
         others: &Self,
         values: &[Lanes],
@@ -141,7 +141,7 @@ impl LaneNodes {
     }
 
     /// The largest of the last two Legendre coefficients of all functions.
-    pub(super) fn largest_tail(&self, values: &[Lanes], functions: usize) -> f64 {
+    pub(crate) fn largest_tail(&self, values: &[Lanes], functions: usize) -> f64 {
         let mut most = 0.0;
         for row in self.nodes.tail.chunks_exact(self.count()) {
             for function in 0..functions {
@@ -170,7 +170,7 @@ pub(crate) fn nodes([still, radian]: [f64; 2], speed: f64, most: usize) -> usize
 }
 
 /// A matrix by columns, one for each node, which have the entries for all groups of other nodes.
-pub(super) fn by_columns(
+pub(crate) fn by_columns(
     count: usize,
     others: usize,
     entry: impl Fn(usize, usize) -> f64,
@@ -194,7 +194,7 @@ fn in_lanes(numbers: &[f64]) -> Vec<Lanes> {
 const ABREAST: usize = 2;
 
 /// Adds to values at all nodes what a matrix makes of given ones; for each node, the matrix has its column by groups.
-pub(super) fn add_polynomials(
+pub(crate) fn add_polynomials(
     groups: usize,
     columns: &[Lanes],
     values: &[Lanes],

@@ -18,29 +18,17 @@
 //! (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
 
 mod along;
-mod boundary_curve;
-mod boundary_leg;
-mod boundary_linear;
-mod boundary_value;
-mod chain;
-mod clamped;
-mod clamped_leg;
-mod embedded_equation;
-mod embedded_products;
+pub(crate) mod boundary;
+pub(crate) mod embedded;
 mod expansion;
 mod lane_frames;
 mod lane_matrices;
 mod lane_nodes;
-mod leg_polynomials;
-mod linear_boundary;
-mod linear_nodes;
-mod linear_operator;
-mod linear_terms;
-mod solved_chain;
+pub(crate) mod linear;
 
-pub(crate) use boundary_leg::BoundaryData;
-pub(crate) use boundary_value::{BoundaryLimits, Found, Start, solve_between_ends};
-pub(crate) use chain::{Chain, Near};
-pub(crate) use linear_boundary::LinearBoundary;
-pub(crate) use linear_nodes::{are_resolved, linear_nodes, more_nodes};
-pub(crate) use solved_chain::SolvedChain;
+pub(crate) use boundary::boundary_leg::BoundaryData;
+pub(crate) use boundary::boundary_value::{BoundaryLimits, Found, Start, solve_between_ends};
+pub(crate) use embedded::chain::{Chain, Near};
+pub(crate) use embedded::solved_chain::SolvedChain;
+pub(crate) use linear::linear_boundary::LinearBoundary;
+pub(crate) use linear::linear_nodes::{are_resolved, linear_nodes, more_nodes};

@@ -2,11 +2,11 @@
 
 use std::f64::consts::SQRT_2;
 
-use super::leg::{Leg, Scratch};
-use super::leg_equations::{residual_into, set_equations};
-use super::orders::{FINEST, MOST, Orders};
-use super::room::Room;
-use super::variation::Variation;
+use super::taylor::leg::{Leg, Scratch};
+use super::taylor::leg_equations::{residual_into, set_equations};
+use super::taylor::orders::{FINEST, MOST, Orders};
+use super::taylor::room::Room;
+use super::taylor::variation::Variation;
 use crate::linalg::field::{Field, factor, substitute};
 use crate::linalg::lanes::Lanes;
 use crate::solve::broyden::Updates;

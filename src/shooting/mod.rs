@@ -20,48 +20,21 @@
 //! Ascher, Mattheij, Russell (1995), "Numerical Solution of Boundary Value Problems for Ordinary Differential Equations", sec.
 //! 4.3 (multiple shooting), 7.2 (condensation); Jorba, Zou (2005), Experimental Mathematics 14, 99-117 (Taylor series).
 
-mod brackets;
-mod chain;
-mod chain_knots;
-mod condensed_leg;
-mod descent;
-mod free_chain;
-mod layout;
-mod leg;
-mod leg_equations;
-mod linear_curve;
-mod linear_leg;
-mod linear_legs;
-mod linear_middle;
-mod linearise;
+pub(crate) mod chains;
+pub(crate) mod descents;
+pub(crate) mod linear;
 mod lone_leg;
-mod newton;
-mod newton_step;
-mod orders;
-mod place;
-mod room;
-mod rotation_series;
-mod second_derivative;
-mod series;
 mod solve;
-mod solved;
-mod start_response;
-mod stiffness;
-mod valley;
-mod variation;
+pub(crate) mod taylor;
 
-#[cfg(test)]
-mod descent_tests;
-#[cfg(test)]
-mod rotation_tests;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use chain_knots::ChainKnots;
-pub(crate) use free_chain::products_of_step;
-pub(crate) use layout::{Held, Layout};
-pub(crate) use linear_curve::{LinearCurve, Part};
-pub(crate) use linearise::{DENSE, linearise, linearise_all};
+pub(crate) use descents::chain_knots::ChainKnots;
+pub(crate) use descents::free_chain::products_of_step;
+pub(crate) use descents::layout::{Held, Layout};
+pub(crate) use descents::start_response::StartResponse;
+pub(crate) use linear::linear_curve::{LinearCurve, Part};
+pub(crate) use linear::linearise::{DENSE, linearise, linearise_all};
 pub(crate) use lone_leg::{EndData, LoneLeg, lone_leg, lone_legs};
 pub(crate) use solve::{Descent, LeastCost, least_cost, solve};
-pub(crate) use start_response::StartResponse;

@@ -1,13 +1,13 @@
 //! Solves a chain through given knots ([`solve`]), or descends to the knots of least cost ([`least_cost`]): first with short
 //! series, then with as many terms as the curves need.
 
-use super::chain::{Chain, Group};
-use super::chain_knots::ChainKnots;
-use super::free_chain::FreeChain;
-use super::layout::Layout;
-use super::orders::{MOST, Orders};
-use super::solved::Solved;
-use super::start_response::StartResponse;
+use super::chains::chain::{Chain, Group};
+use super::chains::solved::Solved;
+use super::descents::chain_knots::ChainKnots;
+use super::descents::free_chain::FreeChain;
+use super::descents::layout::Layout;
+use super::descents::start_response::StartResponse;
+use super::taylor::orders::{MOST, Orders};
 use crate::error::Result;
 use crate::legs::{Curves, Knots, Options, Progress};
 use crate::linalg::field::{Field, larger};

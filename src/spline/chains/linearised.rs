@@ -2,7 +2,7 @@
 //!
 //! A Newton step solves every leg for its `(x', x'')` in terms of the two velocities. The remaining system is block
 //! tridiagonal in the velocities, cyclic for a closed curve, so a step takes time linear in the number of knots. The
-//! elimination is that of `src/shooting/newton_step.rs`, for integrated legs.
+//! elimination is that of `src/shooting/chains/newton_step.rs`, for integrated legs.
 
 use faer::{Mat, MatRef, Scale};
 

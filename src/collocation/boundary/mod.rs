@@ -1,0 +1,6 @@
+//! Single cubics between given ends, in frames.
+
+pub(crate) mod boundary_curve;
+pub(crate) mod boundary_leg;
+pub(crate) mod boundary_linear;
+pub(crate) mod boundary_value;

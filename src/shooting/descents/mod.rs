@@ -1,0 +1,13 @@
+//! Descents of a chain with free knots to a local minimum of the cost.
+
+pub(crate) mod chain_knots;
+pub(crate) mod descent;
+#[cfg(test)]
+mod descent_tests;
+pub(crate) mod free_chain;
+pub(crate) mod layout;
+pub(crate) mod place;
+pub(crate) mod second_derivative;
+pub(crate) mod start_response;
+pub(crate) mod stiffness;
+pub(crate) mod valley;
