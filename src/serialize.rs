@@ -14,7 +14,7 @@ use crate::spline::Piecewise;
 use crate::stored::{Array, FORMAT, Fields, Stored, VERSION, check_header, refusal};
 
 #[derive(Serialize, Deserialize)]
-struct Form {
+struct SerdeForm {
     format: String,
     version: u64,
     kind: String,
@@ -24,7 +24,7 @@ struct Form {
 fn serialize<C: Stored, S: Serializer>(curve: &C, serializer: S) -> Result<S::Ok, S::Error> {
     let mut fields = Fields::default();
     curve.store(&mut fields);
-    let form = Form {
+    let form = SerdeForm {
         format: FORMAT.to_owned(),
         version: VERSION,
         kind: C::KIND.to_owned(),
@@ -34,11 +34,11 @@ fn serialize<C: Stored, S: Serializer>(curve: &C, serializer: S) -> Result<S::Ok
 }
 
 fn deserialize<'de, C: Stored, D: Deserializer<'de>>(deserializer: D) -> Result<C, D::Error> {
-    let form = Form::deserialize(deserializer)?;
+    let form = SerdeForm::deserialize(deserializer)?;
     restored(form).map_err(D::Error::custom)
 }
 
-fn restored<C: Stored>(form: Form) -> Result<C, Error> {
+fn restored<C: Stored>(form: SerdeForm) -> Result<C, Error> {
     check_header(&form.format, form.version)?;
     if form.kind != C::KIND {
         let (expected, found) = (C::KIND, form.kind);

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use common::{Boundary, Rng, assert_within, distance, random_point, random_tangent};
 use faer::{Mat, MatRef, mat};
 use stiefel_rs::curve::ArcLength;
-use stiefel_rs::linalg::jet::Jet;
+use stiefel_rs::linalg::jet::MatrixJet;
 use stiefel_rs::spline::{EndConditions, SplineOptions, geometric_hermite, geometric_spline};
 use stiefel_rs::{Curve, Error, GeometricCubic, Interrupt, QuasiGeodesic, Retraction, Stiefel};
 
@@ -283,7 +283,7 @@ impl<C: Curve> Curve for Counted<C> {
         t: f64,
         order: usize,
         work: &mut C::Workspace,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<(), Error> {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         self.curve.coordinates_into(t, order, work, out)

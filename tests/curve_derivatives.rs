@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use common::*;
 use faer::{Mat, Scale, mat};
-use stiefel_rs::linalg::jet::Jet;
+use stiefel_rs::linalg::jet::MatrixJet;
 use stiefel_rs::manifold::covariant::{acceleration, christoffel, jerk};
 use stiefel_rs::{
     Curve, GeometricCubic, GeometricPolynomial, Interrupt, Quantity, QuasiGeodesic, Stiefel,
@@ -396,9 +396,10 @@ fn derivatives_at_many_parameters_are_those_at_one() {
             let rows = curve.frame().map_or(n, |frame| frame.ncols());
             for order in 1..=3 {
                 let mut work = curve.workspace();
-                let mut found: Vec<Jet> = t.iter().map(|_| Jet::zeros(rows, k)).collect();
+                let mut found: Vec<MatrixJet> =
+                    t.iter().map(|_| MatrixJet::zeros(rows, k)).collect();
                 curve.jets_into(&t, order, &mut work, &mut found).unwrap();
-                let mut exact = Jet::zeros(rows, k);
+                let mut exact = MatrixJet::zeros(rows, k);
                 for (t, found) in t.iter().zip(&found) {
                     curve
                         .coordinates_into(*t, order, &mut work, &mut exact)

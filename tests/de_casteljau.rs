@@ -87,7 +87,7 @@ fn fast_and_careful_route_agree() {
             };
             let mut work = curve.workspace();
             let rows = curve.frame().map_or(size.0, |frame| frame.ncols());
-            let mut jet = stiefel_rs::linalg::jet::Jet::zeros(rows, size.1);
+            let mut jet = stiefel_rs::linalg::jet::MatrixJet::zeros(rows, size.1);
             for t in [0.0, 0.13, 0.5, 0.81, 1.0] {
                 curve.coordinates_into(t, 0, &mut work, &mut jet).unwrap();
                 let careful = match curve.frame() {

@@ -5,7 +5,7 @@ use faer::Mat;
 use nalgebra::{SMatrix, SVector};
 
 use super::elimination::solve_in_place;
-use super::series::{Scalar, Series};
+use super::series::{Series, SeriesScalar};
 use super::term::{Term, accumulate_gradient, product};
 use crate::error::{Error, Result};
 
@@ -29,10 +29,10 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
     const K: usize;
 
     /// The terms of the Hamiltonian at the polar angle with the given sine and cosine.
-    fn terms<T: Scalar>(&self, sin: T, cos: T) -> impl IntoIterator<Item = Term<T>>;
+    fn terms<T: SeriesScalar>(&self, sin: T, cos: T) -> impl IntoIterator<Item = Term<T>>;
 
     /// The columns of the embedded point, from sine and cosine of every coordinate.
-    fn columns<T: Scalar>(&self, sin_cos: &[(T, T)]) -> impl IntoIterator<Item = [T; 3]>;
+    fn columns<T: SeriesScalar>(&self, sin_cos: &[(T, T)]) -> impl IntoIterator<Item = [T; 3]>;
 
     /// Checks that a state is finite and that its polar angle is inside the chart, `0 < theta < pi`.
     ///

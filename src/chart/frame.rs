@@ -1,7 +1,7 @@
 //! Orthonormal 2-frames in space, `St(3,2)`, in the angles `(theta, phi, psi)`.
 
 use super::chart::Chart;
-use super::series::Scalar;
+use super::series::SeriesScalar;
 use super::term::Term;
 
 /// The paper's chart of `St(3,2)`: `q = (theta, phi, psi)`, metric
@@ -42,7 +42,7 @@ pub struct Frame;
 impl Chart<6, 12> for Frame {
     const K: usize = 2;
 
-    fn terms<T: Scalar>(&self, s: T, c: T) -> impl IntoIterator<Item = Term<T>> {
+    fn terms<T: SeriesScalar>(&self, s: T, c: T) -> impl IntoIterator<Item = Term<T>> {
         let (one, two) = (T::from(1.0), T::from(2.0));
         let (square, cube) = (s * s, s * s * s);
         let fourth = square * square;
@@ -74,7 +74,7 @@ impl Chart<6, 12> for Frame {
         ]
     }
 
-    fn columns<T: Scalar>(&self, sin_cos: &[(T, T)]) -> impl IntoIterator<Item = [T; 3]> {
+    fn columns<T: SeriesScalar>(&self, sin_cos: &[(T, T)]) -> impl IntoIterator<Item = [T; 3]> {
         let [(st, ct), (sf, cf), (sp, cp)] = [sin_cos[0], sin_cos[1], sin_cos[2]];
         [
             [st * cf, st * sf, ct],

@@ -228,14 +228,14 @@ pub(super) fn check_arguments<const X: usize, const Z: usize>(
 }
 
 /// One solved step: its start, the point at which the Hamiltonian vector is evaluated, and its end.
-struct Step<const X: usize, const Z: usize> {
+struct IntegratorStep<const X: usize, const Z: usize> {
     p0: SVector<f64, X>,
     middle: SVector<f64, Z>,
     end: SVector<f64, Z>,
 }
 
 /// The linearised equations of a step in `(dx, dp)`, with the end momentum eliminated.
-struct Linearised<const X: usize, const Z: usize> {
+struct LinearisedStep<const X: usize, const Z: usize> {
     system: SMatrix<f64, Z, Z>,
     /// The derivative of `v`.
     dv: SMatrix<f64, X, Z>,
@@ -249,7 +249,7 @@ struct Linearised<const X: usize, const Z: usize> {
     gradient: SVector<f64, Z>,
 }
 
-impl<const X: usize, const Z: usize> Linearised<X, Z> {
+impl<const X: usize, const Z: usize> LinearisedStep<X, Z> {
     fn new(
         chart: &impl Chart<X, Z>,
         map: &impl DiscretizationMap<X>,
@@ -284,7 +284,7 @@ impl<const X: usize, const Z: usize> Linearised<X, Z> {
         let mut system = SMatrix::<f64, Z, Z>::zeros();
         system.fixed_rows_mut::<X>(0).copy_from(&top);
         system.fixed_rows_mut::<X>(X).copy_from(&bottom);
-        Some(Linearised {
+        Some(LinearisedStep {
             system,
             dv,
             end_rows,
@@ -303,7 +303,7 @@ fn solve_step<const X: usize, const Z: usize>(
     map: &impl DiscretizationMap<X>,
     z0: &SVector<f64, Z>,
     h: f64,
-) -> Result<Step<X, Z>> {
+) -> Result<IntegratorStep<X, Z>> {
     let x0 = z0.fixed_rows::<X>(0).into_owned();
     let p0 = z0.fixed_rows::<X>(X).into_owned();
     let (mut middle, mut p1) = (*z0, p0);
@@ -317,7 +317,7 @@ fn solve_step<const X: usize, const Z: usize>(
     }
     for iteration in 0..MAX_CORRECTIONS {
         let failed = |reason| Err(step_failed(iteration, correction, reason));
-        let Some(linear) = Linearised::new(chart, map, &middle, &[-p0, p1], h) else {
+        let Some(linear) = LinearisedStep::new(chart, map, &middle, &[-p0, p1], h) else {
             return failed(StopReason::SingularJacobian);
         };
         let [[r1x, r1v], [r2x, r2v]] = &linear.jacobian;
@@ -352,7 +352,7 @@ fn solve_step<const X: usize, const Z: usize>(
             let mut end = SVector::<f64, Z>::zeros();
             end.fixed_rows_mut::<X>(0).copy_from(&map.map(&x, &v)[1]);
             end.fixed_rows_mut::<X>(X).copy_from(&p1);
-            return Ok(Step { p0, middle, end });
+            return Ok(IntegratorStep { p0, middle, end });
         }
     }
     Err(step_failed(
@@ -362,7 +362,7 @@ fn solve_step<const X: usize, const Z: usize>(
     ))
 }
 
-impl<const X: usize, const Z: usize> Step<X, Z> {
+impl<const X: usize, const Z: usize> IntegratorStep<X, Z> {
     /// The derivative of the end with respect to the start, from the linearised equations at the solution.
     fn tangent(
         &self,
@@ -371,7 +371,7 @@ impl<const X: usize, const Z: usize> Step<X, Z> {
         h: f64,
     ) -> Result<SMatrix<f64, Z, Z>> {
         let p1 = self.end.fixed_rows::<X>(X).into_owned();
-        let linear = Linearised::new(chart, map, &self.middle, &[-self.p0, p1], h)
+        let linear = LinearisedStep::new(chart, map, &self.middle, &[-self.p0, p1], h)
             .ok_or(SINGULAR_TANGENT)?;
         let [[r1x, r1v], [r2x, r2v]] = &linear.jacobian;
         let mut middle = SMatrix::<f64, Z, Z>::zeros();

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::series::{Scalar, Series};
+use super::series::{Series, SeriesScalar};
 
 /// A function of `N` variables at a point: value, gradient, Hessian and third derivatives.
 ///
@@ -87,7 +87,7 @@ impl<const N: usize> Jet<N> {
 /// let f = exp(Jet::<1>::variable(0.0, 0, 2.0));
 /// assert_eq!([f.value(), f.first(0), f.second(0, 0), f.third(0, 0, 0)], [1.0, 2.0, 4.0, 8.0]);
 /// ```
-pub trait Analytic: Scalar {
+pub trait Analytic: SeriesScalar {
     /// The number without its derivatives.
     fn number(&self) -> f64;
 
@@ -140,7 +140,7 @@ impl<const N: usize> Analytic for Jet<N> {
     }
 }
 
-impl<const N: usize> Scalar for Jet<N> {}
+impl<const N: usize> SeriesScalar for Jet<N> {}
 
 impl<const N: usize> From<f64> for Jet<N> {
     fn from(value: f64) -> Self {

@@ -97,7 +97,7 @@ fn sample<const X: usize, const Z: usize>(
     for direction in [1.0, -1.0] {
         let mut order: Vec<usize> = (0..t.len()).filter(|&i| t[i] * direction > 0.0).collect();
         order.sort_by(|&i, &j| t[i].abs().total_cmp(&t[j].abs()));
-        let mut march = March {
+        let mut march = ReferenceMarch {
             chart,
             place: &place,
             state: start,
@@ -110,7 +110,7 @@ fn sample<const X: usize, const Z: usize>(
     Ok(out)
 }
 
-struct March<'a, C, F, const Z: usize> {
+struct ReferenceMarch<'a, C, F, const Z: usize> {
     chart: &'a C,
     place: &'a F,
     state: AtlasState<Z>,
@@ -119,7 +119,7 @@ struct March<'a, C, F, const Z: usize> {
     interrupt: Interrupt<'a>,
 }
 
-impl<C, F, const Z: usize> March<'_, C, F, Z>
+impl<C, F, const Z: usize> ReferenceMarch<'_, C, F, Z>
 where
     F: Fn(&AtlasState<Z>) -> Result<AtlasState<Z>>,
 {

@@ -152,13 +152,13 @@ fn lifted<const X: usize>(
 }
 
 /// One point of the discretization map, its derivatives `[D_x, D_v]`, and the second derivatives of `lambda . point`.
-struct Point<const X: usize> {
+struct MappedPoint<const X: usize> {
     value: SVector<f64, X>,
     slope: [SMatrix<f64, X, X>; 2],
     bend: Blocks<X>,
 }
 
-impl<const X: usize> Point<X> {
+impl<const X: usize> MappedPoint<X> {
     /// The `N` variables are `theta`, with `PSI` also `psi`, and the velocity.
     fn expand<const N: usize>(
         retraction: SpaceRetraction,
@@ -184,7 +184,7 @@ impl<const X: usize> Point<X> {
         let lift = TangentLift::new(image, rates);
         // Position of a variable and its rate in (x, v): block and index.
         let place = variables.map(|i| if i < d { (0, i) } else { (1, i - d) });
-        let mut out = Point {
+        let mut out = MappedPoint {
             value: SVector::zeros(),
             slope: [SMatrix::zeros(); 2],
             bend: [[SMatrix::zeros(); 2]; 2],
@@ -223,7 +223,7 @@ impl<const X: usize> Point<X> {
         lambda: &SVector<f64, X>,
     ) -> Self {
         if fraction == 0.0 {
-            return Point {
+            return MappedPoint {
                 value: *x,
                 slope: [SMatrix::identity(), SMatrix::zeros()],
                 bend: [[SMatrix::zeros(); 2]; 2],
@@ -267,8 +267,8 @@ macro_rules! discretization_map {
                 lambda: &[SVector<f64, $x>; 2],
             ) -> Expansion<$x> {
                 let [first, second] = self.fractions();
-                let start = Point::new(self.retraction, first, x, v, &lambda[0]);
-                let end = Point::new(self.retraction, second, x, v, &lambda[1]);
+                let start = MappedPoint::new(self.retraction, first, x, v, &lambda[0]);
+                let end = MappedPoint::new(self.retraction, second, x, v, &lambda[1]);
                 let block = |i: usize, j: usize| start.bend[i][j] + end.bend[i][j];
                 Expansion {
                     points: [start.value, end.value],

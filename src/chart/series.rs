@@ -6,15 +6,15 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 ///
 /// # Examples
 /// ```
-/// use stiefel_rs::chart::series::{Scalar, Series};
-/// fn cube<T: Scalar>(x: T) -> T {
+/// use stiefel_rs::chart::series::{SeriesScalar, Series};
+/// fn cube<T: SeriesScalar>(x: T) -> T {
 ///     x * x * x
 /// }
 /// assert_eq!(cube(2.0), 8.0);
 /// // (2 + t)^3, by the binomial theorem.
 /// assert_eq!(cube(Series::new([2.0, 1.0, 0.0, 0.0])).coefficients(), &[8.0, 12.0, 6.0, 1.0]);
 /// ```
-pub trait Scalar:
+pub trait SeriesScalar:
     Copy
     + From<f64>
     + Add<Output = Self>
@@ -25,7 +25,7 @@ pub trait Scalar:
 {
 }
 
-impl Scalar for f64 {}
+impl SeriesScalar for f64 {}
 
 /// `c_0 + c_1 t + ... + c_{N-1} t^{N-1}`; operations only use the first `active` coefficients.
 ///
@@ -105,7 +105,7 @@ impl<const N: usize> Series<N> {
     }
 }
 
-impl<const N: usize> Scalar for Series<N> {}
+impl<const N: usize> SeriesScalar for Series<N> {}
 
 impl<const N: usize> From<f64> for Series<N> {
     fn from(value: f64) -> Self {

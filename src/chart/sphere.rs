@@ -1,7 +1,7 @@
 //! The sphere `St(3,1)` in spherical coordinates `(theta, phi)`.
 
 use super::chart::Chart;
-use super::series::Scalar;
+use super::series::SeriesScalar;
 use super::term::Term;
 
 /// The paper's chart of `St(3,1)`: `q = (theta, phi)`, metric `diag(1, sin^2 theta)`.
@@ -33,7 +33,7 @@ pub struct Sphere;
 impl Chart<4, 8> for Sphere {
     const K: usize = 1;
 
-    fn terms<T: Scalar>(&self, s: T, c: T) -> impl IntoIterator<Item = Term<T>> {
+    fn terms<T: SeriesScalar>(&self, s: T, c: T) -> impl IntoIterator<Item = Term<T>> {
         let half_inverse_square = T::from(0.5) / (s * s);
         let cube = s * s * s;
         let two = T::from(2.0);
@@ -57,7 +57,7 @@ impl Chart<4, 8> for Sphere {
         ]
     }
 
-    fn columns<T: Scalar>(&self, sin_cos: &[(T, T)]) -> impl IntoIterator<Item = [T; 3]> {
+    fn columns<T: SeriesScalar>(&self, sin_cos: &[(T, T)]) -> impl IntoIterator<Item = [T; 3]> {
         let [(st, ct), (sp, cp)] = [sin_cos[0], sin_cos[1]];
         [[st * cp, st * sp, ct]]
     }

@@ -1,6 +1,6 @@
 //! Terms of a Hamiltonian: monomials in the state with coefficients that depend on the polar angle.
 
-use super::series::Scalar;
+use super::series::SeriesScalar;
 
 /// One term `f(theta) * product of state components` of a Hamiltonian.
 ///
@@ -21,7 +21,7 @@ pub struct Term<T> {
     pub factors: &'static [usize],
 }
 
-impl<T: Scalar> Term<T> {
+impl<T: SeriesScalar> Term<T> {
     /// A term whose coefficient does not depend on `theta`.
     pub fn constant(value: f64, factors: &'static [usize]) -> Self {
         Term {
@@ -40,7 +40,7 @@ impl<T: Scalar> Term<T> {
 }
 
 /// Product of the factors, except for those at the skipped positions.
-pub(super) fn product<T: Scalar>(z: &[T], factors: &[usize], skipped: &[usize]) -> T {
+pub(super) fn product<T: SeriesScalar>(z: &[T], factors: &[usize], skipped: &[usize]) -> T {
     let mut out = T::from(1.0);
     for (position, &factor) in factors.iter().enumerate() {
         if !skipped.contains(&position) {
@@ -51,7 +51,7 @@ pub(super) fn product<T: Scalar>(z: &[T], factors: &[usize], skipped: &[usize]) 
 }
 
 /// `out += grad H`, on numbers or on series.
-pub(super) fn accumulate_gradient<T: Scalar>(
+pub(super) fn accumulate_gradient<T: SeriesScalar>(
     terms: impl IntoIterator<Item = Term<T>>,
     z: &[T],
     out: &mut [T],

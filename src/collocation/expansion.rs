@@ -15,7 +15,7 @@ const TIMES: usize = 4;
 pub(crate) const EXACT: usize = 32;
 
 /// The matrices that map values at nodes to coefficients.
-pub(crate) struct Expansion {
+pub(crate) struct NodeExpansion {
     /// Degree of all polynomials: that of the fourth integrals.
     pub(crate) order: usize,
     /// Maps values at the nodes to Legendre coefficients.
@@ -25,13 +25,13 @@ pub(crate) struct Expansion {
 }
 
 /// Cache, by the number of nodes.
-static EXPANSIONS: Mutex<BTreeMap<usize, Arc<Expansion>>> = Mutex::new(BTreeMap::new());
+static EXPANSIONS: Mutex<BTreeMap<usize, Arc<NodeExpansion>>> = Mutex::new(BTreeMap::new());
 
-impl Expansion {
+impl NodeExpansion {
     pub(crate) fn of(nodes: &Nodes) -> Arc<Self> {
         let mut known = EXPANSIONS.lock().unwrap_or_else(PoisonError::into_inner);
         let expansion = known.entry(nodes.len());
-        Arc::clone(expansion.or_insert_with(|| Arc::new(Expansion::new(nodes))))
+        Arc::clone(expansion.or_insert_with(|| Arc::new(NodeExpansion::new(nodes))))
     }
 
     fn new(nodes: &Nodes) -> Self {
@@ -52,7 +52,7 @@ impl Expansion {
                 series = integral(&series);
             }
         }
-        Expansion {
+        NodeExpansion {
             order,
             analysis: nodes.analysis(),
             powers,

@@ -1,7 +1,7 @@
 //! Riemannian cubics at Gauss nodes: integrals of the polynomials through the nodes turn their equations into integral
 //! equations of the second kind, with a smoothing kernel.
 //!
-//! Chains of legs between knots ([`Chain`]) are solved in the embedding: the unknowns are the fourth derivatives of the
+//! Chains of legs between knots ([`EmbeddedChain`]) are solved in the embedding: the unknowns are the fourth derivatives of the
 //! matrices `S` at the nodes of every leg and the velocities at the knots, and nothing is differentiated.
 //!
 //! Single cubics between given ends are solved in frames by Newton's method ([`solve_between_ends`]), and so are the
@@ -27,8 +27,10 @@ mod lane_nodes;
 pub(crate) mod linear;
 
 pub(crate) use boundary::boundary_leg::BoundaryData;
-pub(crate) use boundary::boundary_value::{BoundaryLimits, Found, Start, solve_between_ends};
-pub(crate) use embedded::chain::{Chain, Near};
+pub(crate) use boundary::boundary_value::{
+    BoundaryLimits, BoundaryStart, SolvedLeg, solve_between_ends,
+};
+pub(crate) use embedded::chain::{EmbeddedChain, Near};
 pub(crate) use embedded::solved_chain::SolvedChain;
 pub(crate) use linear::linear_boundary::LinearBoundary;
 pub(crate) use linear::linear_nodes::{are_resolved, linear_nodes, more_nodes};

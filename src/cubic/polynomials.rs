@@ -3,7 +3,7 @@
 use super::riemannian_cubic::RiemannianCubic;
 
 /// One polynomial, in powers of `u = rate (t - center)`.
-pub(crate) struct Polynomial<'a> {
+pub(crate) struct CubicPolynomial<'a> {
     /// Interval on which it is used, in the time of the curve.
     pub(crate) lower: f64,
     pub(crate) upper: f64,
@@ -18,7 +18,7 @@ pub(crate) struct Polynomial<'a> {
 
 impl RiemannianCubic {
     /// The polynomials, in the order of the pieces.
-    pub(crate) fn polynomials(&self) -> impl Iterator<Item = Polynomial<'_>> {
+    pub(crate) fn polynomials(&self) -> impl Iterator<Item = CubicPolynomial<'_>> {
         let (taylor, time_map) = (&**self.taylor, self.time_map);
         let terms = taylor.accuracy.order + 1;
         let (rows, vector) = (taylor.rows(), taylor.r() * taylor.blocks.k);
@@ -29,7 +29,7 @@ impl RiemannianCubic {
             let time =
                 |taylor_time: f64| time_map.curve + (taylor_time - time_map.taylor) / time_map.rate;
             let [a, b] = [piece.lower, piece.upper].map(time);
-            Polynomial {
+            CubicPolynomial {
                 lower: a.min(b),
                 upper: a.max(b),
                 center: time(piece.center),

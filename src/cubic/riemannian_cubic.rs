@@ -8,7 +8,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::boundary_options::BoundaryReport;
 use super::derivative_bounds::enclosed;
 use super::integration_options::IntegrationOptions;
-use super::taylor::blocks::Sized;
+use super::taylor::blocks::Sizes;
 use super::taylor::initial::Coordinates;
 use super::taylor::lazy_taylor::LazyTaylor;
 use super::taylor::march::Accuracy;
@@ -21,7 +21,7 @@ use crate::curve::sampling::check_parameter;
 use crate::curve::{Curve, DerivativeBounds, Quantity, Samples};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::jet::{Jet, ORDER};
+use crate::linalg::jet::{MatrixJet, ORDER};
 use crate::linalg::simd::vectorised;
 use crate::linalg::structure::check_finite_scalar;
 use crate::report::SolverReport;
@@ -232,7 +232,7 @@ pub(super) fn extend(
 }
 
 /// Return an error if the coefficients of one step would not fit into memory.
-fn check_size(Sized { m, k, .. }: Sized) -> Result<()> {
+fn check_size(Sizes { m, k, .. }: Sizes) -> Result<()> {
     let (r, k) = ((m + k) as f64, k as f64);
     let numbers = (Accuracy::FULL.order + 1) as f64 * (r * r + 3.0 * r * k + 2.0 * k * k);
     if numbers <= LARGEST_STEP {
@@ -262,7 +262,7 @@ pub(super) fn check_duration(t_end: f64) -> Result<()> {
 }
 
 impl Curve for RiemannianCubic {
-    type Workspace = Workspace;
+    type Workspace = CubicWorkspace;
 
     fn n(&self) -> usize {
         self.n
@@ -291,9 +291,9 @@ impl Curve for RiemannianCubic {
         enclosed(&self.taylor, self.time_map, self.span, interrupt)
     }
 
-    fn workspace(&self) -> Workspace {
+    fn workspace(&self) -> CubicWorkspace {
         let size = self.taylor.rows() * self.k;
-        Workspace {
+        CubicWorkspace {
             beyond: None,
             coefficients: std::array::from_fn(|_| vec![0.0; size]),
         }
@@ -303,11 +303,11 @@ impl Curve for RiemannianCubic {
         &self,
         t: f64,
         order: usize,
-        work: &mut Workspace,
-        out: &mut Jet,
+        work: &mut CubicWorkspace,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         check_parameter(t)?;
-        let Workspace {
+        let CubicWorkspace {
             beyond,
             coefficients,
         } = work;
@@ -334,11 +334,11 @@ impl Curve for RiemannianCubic {
     fn positions_into(
         &self,
         t: &[f64],
-        work: &mut Workspace,
-        _: &mut Option<Jet>,
+        work: &mut CubicWorkspace,
+        _: &mut Option<MatrixJet>,
         mut out: MatMut<'_, f64>,
     ) -> Result<()> {
-        let Workspace {
+        let CubicWorkspace {
             beyond,
             coefficients: [point, ..],
         } = work;
@@ -416,22 +416,22 @@ fn reaching<'a>(
 /// ```
 /// use faer::mat;
 /// use stiefel_rs::cubic::IntegrationOptions;
-/// use stiefel_rs::cubic::riemannian_cubic::{RiemannianCubic, Workspace};
+/// use stiefel_rs::cubic::riemannian_cubic::{RiemannianCubic, CubicWorkspace};
 /// use stiefel_rs::Curve;
-/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::linalg::jet::MatrixJet;
 /// // On a circle: the angle is t + t^2 + t^3.
 /// let (s, v) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]]);
 /// let (a, j) = (mat![[0.0], [2.0]], mat![[0.0], [6.0]]);
 /// let [s, v, a, j] = [&s, &v, &a, &j].map(|a| a.as_ref());
 /// let curve = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions::default())?;
-/// let (mut work, mut jet): (Workspace, Jet) = (curve.workspace(), Jet::zeros(2, 1));
+/// let (mut work, mut jet): (CubicWorkspace, MatrixJet) = (curve.workspace(), MatrixJet::zeros(2, 1));
 /// for t in [0.0, 0.5, 1.0] {
 ///     curve.coordinates_into(t, 1, &mut work, &mut jet)?;
 ///     assert!((jet.c[1].norm_l2() - (1.0 + 2.0 * t + 3.0 * t * t)).abs() < 1e-13);
 /// }
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
-pub struct Workspace {
+pub struct CubicWorkspace {
     /// The polynomials extended to the requested times beyond their ends.
     beyond: Option<PiecewiseTaylor>,
     coefficients: [Vec<f64>; ORDER + 1],

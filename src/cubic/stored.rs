@@ -6,9 +6,9 @@ use faer::Mat;
 
 use super::riemannian_cubic::RiemannianCubic;
 use super::stored_check::check_taylor;
-use super::taylor::blocks::{Blocks, Sized};
+use super::taylor::blocks::{BlockSizes, Sizes};
 use super::taylor::march::Accuracy;
-use super::taylor::piecewise_taylor::{Piece, PiecewiseTaylor};
+use super::taylor::piecewise_taylor::{PiecewiseTaylor, TaylorPiece};
 use super::taylor::state::State;
 use super::tension::check_tension;
 use super::time_map::TimeMap;
@@ -66,7 +66,7 @@ impl StoredPiece for RiemannianCubic {
             );
         }
         fields.put_flat("spans", flat(&|curve| vec![curve.span.0, curve.span.1]));
-        let interval = |piece: &Piece| [piece.lower, piece.upper, piece.center];
+        let interval = |piece: &TaylorPiece| [piece.lower, piece.upper, piece.center];
         let intervals = taylors().flat_map(|taylor| taylor.pieces.iter().flat_map(interval));
         fields.put_flat("intervals", intervals.collect());
         fields.put_flat("points", flat(&|curve| curve.taylor.points.clone()));
@@ -93,7 +93,7 @@ impl StoredPiece for RiemannianCubic {
         let mut tensions = fields.parts_or_zeros("tensions", count)?;
         let mut subspaces = fields.parts_or_zeros("subspaces", count)?;
         let names = ["intervals", "points", "vectors", "ends"];
-        let mut numbers = Numbers(parts(names, fields)?);
+        let mut numbers = StoredNumbers(parts(names, fields)?);
         let mut curves = Vec::with_capacity(count);
         for (i, (frame, report)) in frames.into_iter().zip(reports).enumerate() {
             interrupt.check(READER)?;
@@ -187,10 +187,10 @@ fn restore_frames(
 }
 
 /// Block sizes, after checking them against the sizes of the curve.
-fn blocks(n: usize, k: usize, rank: usize, rows: usize, subspace: f64) -> Result<Sized> {
+fn blocks(n: usize, k: usize, rank: usize, rows: usize, subspace: f64) -> Result<Sizes> {
     let quotient = quotient_of([subspace])?;
     if k >= 1 && k <= rank && rank <= n && rank == rows {
-        return Ok(Sized::new(rank - k, k, quotient));
+        return Ok(Sizes::new(rank - k, k, quotient));
     }
     Err(refusal(format!(
         "a point of shape ({n}, {k}) in {rank} dimensions, found {rows}"
@@ -221,12 +221,12 @@ fn span([start, end]: [f64; 2]) -> Result<(f64, f64)> {
 const ORDERS: std::ops::RangeInclusive<usize> = 3..=128;
 
 /// Intervals, coefficients of points, coefficients of vectors, and end states of consecutive pieces.
-struct Numbers([Parts; 4]);
+struct StoredNumbers([Parts; 4]);
 
-impl Numbers {
+impl StoredNumbers {
     fn taylor(
         &mut self,
-        blocks: Sized,
+        blocks: Sizes,
         count: usize,
         order: usize,
         [tolerance, tension]: [f64; 2],
@@ -277,7 +277,7 @@ impl Numbers {
 }
 
 /// Return an error unless there is at least one piece and the pieces are contiguous.
-fn pieces(intervals: &[f64]) -> Result<Vec<Piece>> {
+fn pieces(intervals: &[f64]) -> Result<Vec<TaylorPiece>> {
     if intervals.is_empty() {
         return Err(refusal("steps: the curve has none".to_owned()));
     }
@@ -290,7 +290,7 @@ fn pieces(intervals: &[f64]) -> Result<Vec<Piece>> {
             )));
         }
         before = upper;
-        Ok(Piece {
+        Ok(TaylorPiece {
             lower,
             upper,
             center,

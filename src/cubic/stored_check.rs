@@ -58,7 +58,7 @@ struct Checker<'a> {
 }
 
 /// `omega`, shape `(k, k)`, and `b`, shape `(m, k)`.
-struct Vector {
+struct StoredVector {
     omega: Mat<f64>,
     b: Mat<f64>,
 }
@@ -105,7 +105,7 @@ impl Checker<'_> {
     }
 
     /// `x, x', x''` of a step at a time.
-    fn vectors(&self, step: usize, t: f64) -> [Vector; 3] {
+    fn vectors(&self, step: usize, t: f64) -> [StoredVector; 3] {
         let (r, k) = (self.taylor.r(), self.taylor.blocks.k);
         let mut entries: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; r * k]);
         let mut targets = entries.each_mut().map(Vec::as_mut_slice);
@@ -114,10 +114,10 @@ impl Checker<'_> {
         std::array::from_fn(|i| self.vector(&entries[i], factors[i]))
     }
 
-    fn vector(&self, entries: &[f64], factor: f64) -> Vector {
+    fn vector(&self, entries: &[f64], factor: f64) -> StoredVector {
         let (m, k) = (self.taylor.blocks.m, self.taylor.blocks.k);
         let (omega, b) = entries.split_at(k * k);
-        Vector {
+        StoredVector {
             omega: MatRef::from_column_major_slice(omega, k, k) * Scale(factor),
             b: MatRef::from_column_major_slice(b, m, k) * Scale(factor),
         }
@@ -152,7 +152,8 @@ impl Checker<'_> {
         let gap = distance(frame.subcols(0, k), point.as_ref());
         self.expect(step, "the end is off the curve", gap, self.allowed)?;
         let vectors = self.vectors(step, state.time);
-        let size = |vector: &Vector| norm(vector.omega.as_ref()).hypot(norm(vector.b.as_ref()));
+        let size =
+            |vector: &StoredVector| norm(vector.omega.as_ref()).hypot(norm(vector.b.as_ref()));
         let unit = [0, 1, 2]
             .map(|i| size(&vectors[i]).powf(1.0 / (i as f64 + 1.0)))
             .into_iter()

@@ -6,11 +6,11 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::collocation::Collocation;
 use super::curve::Curve;
-use super::de_casteljau::{GeometricPolynomial, Workspace};
+use super::de_casteljau::{DeCasteljauWorkspace, GeometricPolynomial};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::thin_q;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::product::{axpy, mul_add, mul_into};
 use crate::manifold::QuasiGeodesic;
 
@@ -44,7 +44,7 @@ const FACTOR: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
 /// One unknown: the rotation of an inner control point in the plane of two columns of its frame.
 #[derive(Clone, Copy)]
-struct Turn {
+struct PointTurn {
     point: usize,
     /// Index of the second column: below `k` a column of the point, otherwise one of its complement.
     other: usize,
@@ -55,10 +55,10 @@ struct Turn {
 /// data.
 pub(super) struct AccelerationResidual {
     curve: GeometricPolynomial,
-    work: Workspace,
-    scratch: Option<Jet>,
+    work: DeCasteljauWorkspace,
+    scratch: Option<MatrixJet>,
     grid: Collocation,
-    turns: Vec<Turn>,
+    turns: Vec<PointTurn>,
     /// For each control point, an orthogonal matrix of shape `(r, r)`, whose last columns span the complement of the
     /// point.
     frames: Vec<Mat<f64>>,
@@ -75,7 +75,7 @@ impl AccelerationResidual {
         let (r, k, degree) = (curve.n(), curve.k(), curve.degree());
         let turns_of = |point| {
             (0..k).flat_map(move |column| {
-                (column + 1..r).map(move |other| Turn {
+                (column + 1..r).map(move |other| PointTurn {
                     point,
                     other,
                     column,
@@ -195,7 +195,7 @@ impl AccelerationResidual {
         &mut self,
         out: &mut [f64],
         centre: &GeometricPolynomial,
-        turn: Turn,
+        turn: PointTurn,
         angle: f64,
     ) -> Result<()> {
         let point = &centre.reduced_points()[turn.point];
@@ -254,7 +254,7 @@ impl AccelerationResidual {
 }
 
 /// The rotated control point: the quasi-geodesic in that direction is a rotation of one plane.
-fn turned(point: &Mat<f64>, frame: &Mat<f64>, turn: Turn, angle: f64) -> Mat<f64> {
+fn turned(point: &Mat<f64>, frame: &Mat<f64>, turn: PointTurn, angle: f64) -> Mat<f64> {
     let (sin, cos) = angle.sin_cos();
     let mut out = point.clone();
     for i in 0..point.nrows() {

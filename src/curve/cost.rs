@@ -1,7 +1,7 @@
 //! The cost of a curve by composite Gauss-Legendre quadrature.
 
 use super::gauss_legendre::{PANEL, POINTS};
-use super::norms::{Evaluation, Norm, Norms};
+use super::norms::{Norm, NormEvaluation, Norms};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
@@ -17,7 +17,7 @@ const MAX_DOUBLINGS: usize = 10;
 
 /// `int |D_t S'|^2 dt` over an interval of a curve with `k` columns; panels are doubled until the value converges.
 pub(super) fn squared_acceleration(
-    norms: &mut Norms<impl Evaluation>,
+    norms: &mut Norms<impl NormEvaluation>,
     (start, end): (f64, f64),
     k: usize,
     interrupt: Interrupt<'_>,

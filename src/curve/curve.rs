@@ -6,12 +6,12 @@ use faer::{Mat, MatMut, MatRef};
 use super::cost::squared_acceleration;
 use super::derivative_bounds::{DerivativeBounds, sampled_bounds};
 use super::length::Length;
-use super::norms::{Evaluation, Norms};
+use super::norms::{NormEvaluation, Norms};
 use super::quantity::Quantity;
 use super::sampling::{self, Request, Samples, check_parameter};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::lanes::LANES;
 use crate::space::Quotient;
 
@@ -22,7 +22,7 @@ use crate::space::Quotient;
 /// # Examples
 /// ```
 /// use faer::{MatRef, mat};
-/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::linalg::jet::MatrixJet;
 /// use stiefel_rs::{Curve, Result};
 /// /// The circle `(cos t, sin t)`.
 /// struct Circle;
@@ -38,7 +38,7 @@ use crate::space::Quotient;
 ///         None
 ///     }
 ///     fn workspace(&self) {}
-///     fn coordinates_into(&self, t: f64, order: usize, _: &mut (), out: &mut Jet) -> Result<()> {
+///     fn coordinates_into(&self, t: f64, order: usize, _: &mut (), out: &mut MatrixJet) -> Result<()> {
 ///         // Taylor coefficients: derivatives over factorials.
 ///         let ((sin, cos), factorials) = (t.sin_cos(), [1.0, 1.0, 2.0, 6.0]);
 ///         let derivatives = [[cos, sin], [-sin, cos], [-cos, -sin], [sin, -cos]];
@@ -104,7 +104,7 @@ pub trait Curve: Send + Sync {
         t: f64,
         order: usize,
         work: &mut Self::Workspace,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<()>;
 
     /// Writes Taylor coefficients of the coordinates at many parameters, one polynomial for each.
@@ -118,7 +118,7 @@ pub trait Curve: Send + Sync {
         t: &[f64],
         order: usize,
         work: &mut Self::Workspace,
-        out: &mut [Jet],
+        out: &mut [MatrixJet],
     ) -> Result<()> {
         for (&t, out) in t.iter().zip(out) {
             self.coordinates_into(t, order, work, out)?;
@@ -136,11 +136,11 @@ pub trait Curve: Send + Sync {
         &self,
         t: &[f64],
         work: &mut Self::Workspace,
-        scratch: &mut Option<Jet>,
+        scratch: &mut Option<MatrixJet>,
         mut out: MatMut<'_, f64>,
     ) -> Result<()> {
         let (rows, k) = (out.nrows(), self.k());
-        let jet = scratch.get_or_insert_with(|| Jet::zeros(rows, k));
+        let jet = scratch.get_or_insert_with(|| MatrixJet::zeros(rows, k));
         for (i, &t) in t.iter().enumerate() {
             self.coordinates_into(t, 0, work, jet)?;
             out.rb_mut()
@@ -295,15 +295,19 @@ pub(super) fn coordinate_shape<C: Curve + ?Sized>(curve: &C) -> [usize; 2] {
 }
 
 /// The norms along a curve, for a result of the given name, with a workspace allocated once.
-fn norms_of<C: Curve + ?Sized>(curve: &C, result: &'static str) -> Result<Norms<impl Evaluation>> {
+fn norms_of<C: Curve + ?Sized>(
+    curve: &C,
+    result: &'static str,
+) -> Result<Norms<impl NormEvaluation>> {
     let mut work = curve.workspace();
-    let evaluate =
-        move |t: &[f64], order: usize, out: &mut [Jet]| curve.jets_into(t, order, &mut work, out);
+    let evaluate = move |t: &[f64], order: usize, out: &mut [MatrixJet]| {
+        curve.jets_into(t, order, &mut work, out)
+    };
     Norms::new(coordinate_shape(curve), curve.quotient(), result, evaluate)
 }
 
 /// The norms of which a length is computed.
-pub(super) fn speed_of<C: Curve + ?Sized>(curve: &C) -> Result<Norms<impl Evaluation>> {
+pub(super) fn speed_of<C: Curve + ?Sized>(curve: &C) -> Result<Norms<impl NormEvaluation>> {
     norms_of(curve, "arc length")
 }
 
@@ -380,7 +384,7 @@ fn reader<C: Curve + ?Sized>(
         }
         let (rows, k) = (out.nrows(), curve.k());
         if jets.len() < t.len().min(LANES) {
-            let jet = || Jet::zeros_up_to(quantity.order(), rows, k);
+            let jet = || MatrixJet::zeros_up_to(quantity.order(), rows, k);
             jets.resize_with(t.len().min(LANES), jet);
         }
         for (block, t) in t.chunks(LANES).enumerate() {

@@ -26,7 +26,7 @@ use super::sampling::check_parameter;
 use super::span::{self, Span};
 use super::stages::Stages;
 use crate::error::{Error, Result};
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::lane_jet::LaneJet;
 use crate::linalg::lane_matrix::LaneMatrix;
 use crate::linalg::lanes::{LANES, Lanes};
@@ -181,7 +181,7 @@ impl GeometricPolynomial {
     }
 
     /// How close the intermediate points at eight parameters in `[0, 1]` come to a change of branch.
-    fn margins(&self, t: Lanes, work: &mut Workspace) -> Lanes {
+    fn margins(&self, t: Lanes, work: &mut DeCasteljauWorkspace) -> Lanes {
         self.lane_points(t, &mut work.lanes).least
     }
 
@@ -246,7 +246,7 @@ impl GeometricPolynomial {
         t: &[f64],
         order: usize,
         work: &mut LaneWork,
-        out: &mut [Jet],
+        out: &mut [MatrixJet],
     ) -> [bool; LANES] {
         let inside = |t: f64| t.abs() <= 1.0;
         let mut lanes = Lanes::ZERO;
@@ -303,7 +303,7 @@ impl GeometricPolynomial {
 }
 
 impl Curve for GeometricPolynomial {
-    type Workspace = Workspace;
+    type Workspace = DeCasteljauWorkspace;
 
     fn n(&self) -> usize {
         span::rows(self.frame.as_ref(), &self.points)
@@ -317,8 +317,8 @@ impl Curve for GeometricPolynomial {
         self.frame.as_ref().map(|frame| frame.as_ref())
     }
 
-    fn workspace(&self) -> Workspace {
-        Workspace {
+    fn workspace(&self) -> DeCasteljauWorkspace {
+        DeCasteljauWorkspace {
             lanes: LaneWork::new(self.reduced_rows(), self.k(), self.degree()),
             careful: None,
         }
@@ -328,8 +328,8 @@ impl Curve for GeometricPolynomial {
         &self,
         t: f64,
         order: usize,
-        work: &mut Workspace,
-        out: &mut Jet,
+        work: &mut DeCasteljauWorkspace,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         check_parameter(t)?;
         let careful = work.careful(self);
@@ -342,8 +342,8 @@ impl Curve for GeometricPolynomial {
         &self,
         t: &[f64],
         order: usize,
-        work: &mut Workspace,
-        out: &mut [Jet],
+        work: &mut DeCasteljauWorkspace,
+        out: &mut [MatrixJet],
     ) -> Result<()> {
         for (t, out) in t.chunks(LANES).zip(out.chunks_mut(LANES)) {
             let mut hard = [true; LANES];
@@ -360,8 +360,8 @@ impl Curve for GeometricPolynomial {
     fn positions_into(
         &self,
         t: &[f64],
-        work: &mut Workspace,
-        _: &mut Option<Jet>,
+        work: &mut DeCasteljauWorkspace,
+        _: &mut Option<MatrixJet>,
         mut out: MatMut<'_, f64>,
     ) -> Result<()> {
         let k = self.k();
@@ -390,12 +390,12 @@ impl Curve for GeometricPolynomial {
 /// # Examples
 /// ```
 /// use faer::{Mat, mat};
-/// use stiefel_rs::curve::de_casteljau::Workspace;
-/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::curve::de_casteljau::DeCasteljauWorkspace;
+/// use stiefel_rs::linalg::jet::MatrixJet;
 /// use stiefel_rs::{Curve, GeometricPolynomial};
 /// let points: [Mat<f64>; 3] = [0.0_f64, 0.4, 1.0].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let curve = GeometricPolynomial::try_from(&points[..])?;
-/// let (mut work, mut jet): (Workspace, Jet) = (curve.workspace(), Jet::zeros(2, 1));
+/// let (mut work, mut jet): (DeCasteljauWorkspace, MatrixJet) = (curve.workspace(), MatrixJet::zeros(2, 1));
 /// for t in [0.0, 0.5, 1.0_f64] {
 ///     curve.coordinates_into(t, 1, &mut work, &mut jet)?;
 ///     // On the circle the angle is the polynomial with the control points 0, 0.4, 1.
@@ -404,12 +404,12 @@ impl Curve for GeometricPolynomial {
 /// }
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
-pub struct Workspace {
+pub struct DeCasteljauWorkspace {
     lanes: LaneWork,
     careful: Option<Box<Stages>>,
 }
 
-impl Workspace {
+impl DeCasteljauWorkspace {
     fn careful(&mut self, curve: &GeometricPolynomial) -> &mut Stages {
         self.careful.get_or_insert_with(|| {
             let shape = [curve.reduced_rows(), curve.k()];

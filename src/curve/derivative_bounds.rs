@@ -1,6 +1,6 @@
 //! The largest velocity, covariant acceleration and covariant jerk of a curve.
 
-use super::norms::{Evaluation, Norm, Norms};
+use super::norms::{Norm, NormEvaluation, Norms};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
@@ -125,7 +125,7 @@ impl DerivativeBounds {
 
 /// Bounds by sampling each smooth piece of a curve, between its breakpoints.
 pub(super) fn sampled_bounds(
-    norms: &mut Norms<impl Evaluation>,
+    norms: &mut Norms<impl NormEvaluation>,
     breakpoints: &[f64],
     interrupt: Interrupt<'_>,
 ) -> Result<DerivativeBounds> {
@@ -149,15 +149,15 @@ pub(super) fn sampled_bounds(
     })
 }
 
-type Sample = (f64, [f64; 3]);
+type BoundSample = (f64, [f64; 3]);
 
 fn sample(
-    norms: &mut Norms<impl Evaluation>,
+    norms: &mut Norms<impl NormEvaluation>,
     order: usize,
     [low, high]: [f64; 2],
     count: usize,
     interrupt: Interrupt<'_>,
-) -> Result<Vec<Sample>> {
+) -> Result<Vec<BoundSample>> {
     interrupt.check("derivative bounds")?;
     let share = |i: usize| i as f64 / (count - 1) as f64;
     let t: Vec<f64> = (0..count)
@@ -170,7 +170,7 @@ fn sample(
 }
 
 /// The intervals next to the largest local maxima of one norm.
-fn peaks(samples: &[Sample], which: usize) -> Vec<(f64, f64)> {
+fn peaks(samples: &[BoundSample], which: usize) -> Vec<(f64, f64)> {
     let value = |i: usize| samples[i].1[which];
     let last = samples.len() - 1;
     let mut tops: Vec<usize> = (0..=last)
@@ -187,7 +187,7 @@ fn peaks(samples: &[Sample], which: usize) -> Vec<(f64, f64)> {
 
 /// The largest value between two parameters.
 fn refined(
-    norms: &mut Norms<impl Evaluation>,
+    norms: &mut Norms<impl NormEvaluation>,
     low: f64,
     high: f64,
     which: usize,

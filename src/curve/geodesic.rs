@@ -4,7 +4,7 @@ use faer::MatRef;
 
 use super::curve::Curve;
 use crate::error::Result;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::manifold::Geodesic;
 use crate::manifold::exponential::Flow;
 use crate::space::Quotient;
@@ -32,7 +32,13 @@ impl Curve for Geodesic {
         Flow::new(self)
     }
 
-    fn coordinates_into(&self, t: f64, order: usize, work: &mut Flow, out: &mut Jet) -> Result<()> {
+    fn coordinates_into(
+        &self,
+        t: f64,
+        order: usize,
+        work: &mut Flow,
+        out: &mut MatrixJet,
+    ) -> Result<()> {
         Geodesic::coordinates_into(self, t, order, work, out)
     }
 }

@@ -14,7 +14,7 @@ use super::sampling::check_parameter;
 use super::span;
 use crate::error::{Error, Result};
 use crate::linalg::decomp::thin_q;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::product::{determinant_sign, mul_into};
 use crate::manifold::exponential::Flow;
 use crate::manifold::geodesic_jet::MovingGeodesic;
@@ -182,7 +182,7 @@ fn completed(point: &Mat<f64>) -> Mat<f64> {
 }
 
 impl Curve for GeodesicPolynomial {
-    type Workspace = Workspace;
+    type Workspace = GeodesicPolynomialWorkspace;
 
     fn n(&self) -> usize {
         span::rows(self.frame.as_ref(), &self.points)
@@ -196,13 +196,13 @@ impl Curve for GeodesicPolynomial {
         self.frame.as_ref().map(|frame| frame.as_ref())
     }
 
-    fn workspace(&self) -> Workspace {
+    fn workspace(&self) -> GeodesicPolynomialWorkspace {
         let (r, k) = (self.reduced.n(), self.k());
-        Workspace {
-            stages: (0..self.degree()).map(|_| Jet::zeros(r, k)).collect(),
-            next: Jet::zeros(r, k),
+        GeodesicPolynomialWorkspace {
+            stages: (0..self.degree()).map(|_| MatrixJet::zeros(r, k)).collect(),
+            next: MatrixJet::zeros(r, k),
             flow: Flow::new(&self.legs[0]),
-            coordinates: Jet::zeros(k + normal_frame::normal_rank(r, k), k),
+            coordinates: MatrixJet::zeros(k + normal_frame::normal_rank(r, k), k),
             moving: None,
             rotations: self.rotations.as_ref().map(|curve| RotationWork {
                 work: curve.workspace(),
@@ -216,8 +216,8 @@ impl Curve for GeodesicPolynomial {
         &self,
         t: f64,
         order: usize,
-        work: &mut Workspace,
-        out: &mut Jet,
+        work: &mut GeodesicPolynomialWorkspace,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         check_parameter(t)?;
         if let (Some(curve), Some(work)) = (&self.rotations, &mut work.rotations) {
@@ -238,15 +238,15 @@ impl Curve for GeodesicPolynomial {
     fn positions_into(
         &self,
         t: &[f64],
-        work: &mut Workspace,
-        scratch: &mut Option<Jet>,
+        work: &mut GeodesicPolynomialWorkspace,
+        scratch: &mut Option<MatrixJet>,
         mut out: MatMut<'_, f64>,
     ) -> Result<()> {
         if let (Some(curve), Some(work)) = (&self.rotations, &mut work.rotations) {
             return work.positions_into(curve, t, scratch, out);
         }
         let (rows, k) = (out.nrows(), self.k());
-        let jet = scratch.get_or_insert_with(|| Jet::zeros(rows, k));
+        let jet = scratch.get_or_insert_with(|| MatrixJet::zeros(rows, k));
         for (i, &t) in t.iter().enumerate() {
             self.coordinates_into(t, 0, work, jet)?;
             let mut target = out.rb_mut().subcols_mut(i * k, k);
@@ -261,12 +261,12 @@ impl Curve for GeodesicPolynomial {
 /// # Examples
 /// ```
 /// use faer::{Mat, mat};
-/// use stiefel_rs::curve::geodesic_polynomial::Workspace;
-/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::curve::geodesic_polynomial::GeodesicPolynomialWorkspace;
+/// use stiefel_rs::linalg::jet::MatrixJet;
 /// use stiefel_rs::{Curve, GeodesicPolynomial};
 /// let points: [Mat<f64>; 3] = [0.0_f64, 0.4, 1.0].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let curve = GeodesicPolynomial::try_from(&points[..])?;
-/// let (mut work, mut jet): (Workspace, Jet) = (curve.workspace(), Jet::zeros(2, 1));
+/// let (mut work, mut jet): (GeodesicPolynomialWorkspace, MatrixJet) = (curve.workspace(), MatrixJet::zeros(2, 1));
 /// for t in [0.0, 0.5, 1.0_f64] {
 ///     curve.coordinates_into(t, 0, &mut work, &mut jet)?;
 ///     // On the circle it is the polynomial of the angle, with the control points 0, 0.4, 1.
@@ -275,19 +275,19 @@ impl Curve for GeodesicPolynomial {
 /// }
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
-pub struct Workspace {
-    stages: Vec<Jet>,
-    next: Jet,
+pub struct GeodesicPolynomialWorkspace {
+    stages: Vec<MatrixJet>,
+    next: MatrixJet,
     flow: Flow,
-    coordinates: Jet,
+    coordinates: MatrixJet,
     moving: Option<Box<MovingGeodesic>>,
     rotations: Option<RotationWork>,
 }
 
 /// Buffers for a curve of rotations, of which the last column is dropped.
 struct RotationWork {
-    work: de_casteljau::Workspace,
-    jet: Option<Jet>,
+    work: de_casteljau::DeCasteljauWorkspace,
+    jet: Option<MatrixJet>,
     positions: Mat<f64>,
 }
 
@@ -297,10 +297,10 @@ impl RotationWork {
         curve: &GeometricPolynomial,
         t: f64,
         order: usize,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         let n = curve.n();
-        let jet = self.jet.get_or_insert_with(|| Jet::zeros(n, n));
+        let jet = self.jet.get_or_insert_with(|| MatrixJet::zeros(n, n));
         curve.coordinates_into(t, order, &mut self.work, jet)?;
         for j in 0..=order {
             out.c[j].copy_from(jet.c[j].as_ref().subcols(0, n - 1));
@@ -312,7 +312,7 @@ impl RotationWork {
         &mut self,
         curve: &GeometricPolynomial,
         t: &[f64],
-        scratch: &mut Option<Jet>,
+        scratch: &mut Option<MatrixJet>,
         mut out: MatMut<'_, f64>,
     ) -> Result<()> {
         let n = curve.n();
@@ -329,7 +329,7 @@ impl RotationWork {
     }
 }
 
-impl Workspace {
+impl GeodesicPolynomialWorkspace {
     /// Stores a geodesic at `t` as a stage.
     fn put(&mut self, i: usize, curve: &Geodesic, t: f64, order: usize) -> Result<()> {
         curve.coordinates_into(t, order, &mut self.flow, &mut self.coordinates)?;

@@ -7,11 +7,11 @@
 use faer::{Mat, MatMut, MatRef};
 
 use super::curve::Curve;
-use super::de_casteljau::{GeometricPolynomial, Workspace};
+use super::de_casteljau::{DeCasteljauWorkspace, GeometricPolynomial};
 use super::end_legs::{check_boundary, outer_leg};
 use super::span::Span;
 use crate::error::{Error, Result};
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::only_bases::advised;
 
@@ -112,7 +112,7 @@ impl From<GeometricCubic> for GeometricPolynomial {
 }
 
 impl Curve for GeometricCubic {
-    type Workspace = Workspace;
+    type Workspace = DeCasteljauWorkspace;
 
     fn n(&self) -> usize {
         self.0.n()
@@ -126,7 +126,7 @@ impl Curve for GeometricCubic {
         self.0.frame()
     }
 
-    fn workspace(&self) -> Workspace {
+    fn workspace(&self) -> DeCasteljauWorkspace {
         self.0.workspace()
     }
 
@@ -134,8 +134,8 @@ impl Curve for GeometricCubic {
         &self,
         t: f64,
         order: usize,
-        work: &mut Workspace,
-        out: &mut Jet,
+        work: &mut DeCasteljauWorkspace,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         self.0.coordinates_into(t, order, work, out)
     }
@@ -144,8 +144,8 @@ impl Curve for GeometricCubic {
         &self,
         t: &[f64],
         order: usize,
-        work: &mut Workspace,
-        out: &mut [Jet],
+        work: &mut DeCasteljauWorkspace,
+        out: &mut [MatrixJet],
     ) -> Result<()> {
         self.0.jets_into(t, order, work, out)
     }
@@ -153,8 +153,8 @@ impl Curve for GeometricCubic {
     fn positions_into(
         &self,
         t: &[f64],
-        work: &mut Workspace,
-        scratch: &mut Option<Jet>,
+        work: &mut DeCasteljauWorkspace,
+        scratch: &mut Option<MatrixJet>,
         out: MatMut<'_, f64>,
     ) -> Result<()> {
         self.0.positions_into(t, work, scratch, out)

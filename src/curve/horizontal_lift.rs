@@ -23,7 +23,7 @@ use super::barycentric::Barycentric;
 use super::nodes::Nodes;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::product::{axpy, mul_into};
 use crate::report::{SolverReport, StopReason};
 
@@ -64,7 +64,7 @@ const MAX_PIECES: usize = 1 << 12;
 pub(super) struct Lift {
     shape: [usize; 2],
     through: Arc<Barycentric>,
-    pieces: Vec<Piece>,
+    pieces: Vec<LiftPiece>,
     /// The end of the last piece, and `R` at the end.
     reached: f64,
     turn: Mat<f64>,
@@ -74,7 +74,7 @@ pub(super) struct Lift {
 
 /// `Y` at the start, the nodes and the end, side by side; backwards in time if `to < from`.
 #[derive(Debug, Clone)]
-struct Piece {
+struct LiftPiece {
     from: f64,
     to: f64,
     values: Vec<f64>,
@@ -109,11 +109,11 @@ impl Lift {
     pub(super) fn extend_to(
         &mut self,
         t: f64,
-        mut bases: impl FnMut(f64, &mut Jet) -> Result<f64>,
+        mut bases: impl FnMut(f64, &mut MatrixJet) -> Result<f64>,
         interrupt: Interrupt<'_>,
     ) -> Result<()> {
         let direction = (t - self.reached).signum();
-        let mut work = Collocation::new(self.shape);
+        let mut work = LiftEquations::new(self.shape);
         while direction * (t - self.reached) > 0.0 {
             if let Some(error) = &self.obstacle {
                 return Err(error.clone());
@@ -137,8 +137,8 @@ impl Lift {
     fn add(
         &mut self,
         to: f64,
-        bases: &mut impl FnMut(f64, &mut Jet) -> Result<f64>,
-        work: &mut Collocation,
+        bases: &mut impl FnMut(f64, &mut MatrixJet) -> Result<f64>,
+        work: &mut LiftEquations,
         interrupt: Interrupt<'_>,
     ) -> Result<()> {
         let from = self.reached;
@@ -149,7 +149,7 @@ impl Lift {
             Ok(None) => {
                 work.end_turn(&mut self.turn);
                 self.reached = to;
-                self.pieces.push(Piece {
+                self.pieces.push(LiftPiece {
                     from,
                     to,
                     values: work.bases.clone(),
@@ -172,7 +172,7 @@ impl Lift {
 
     /// Writes the basis at a parameter that the pieces cover to `out`.
     pub(super) fn basis_into(&self, t: f64, out: MatMut<'_, f64>) {
-        let passed = |piece: &Piece| (piece.to - piece.from) * (t - piece.to) > 0.0;
+        let passed = |piece: &LiftPiece| (piece.to - piece.from) * (t - piece.to) > 0.0;
         let which = self.pieces.partition_point(passed);
         let piece = &self.pieces[which.min(self.pieces.len() - 1)];
         let mut factors = [0.0; VALUES];
@@ -211,10 +211,10 @@ fn too_long(pieces: usize, left: f64) -> Error {
 }
 
 /// The equation on one piece, with buffers for one shape.
-struct Collocation {
+struct LiftEquations {
     shape: [usize; 2],
     nodes: Arc<Nodes>,
-    jet: Jet,
+    jet: MatrixJet,
     /// `F` at the start, the nodes and the end, side by side; then `Y`.
     bases: Vec<f64>,
     /// `F^T F'` at the nodes, times the length of the piece.
@@ -225,12 +225,12 @@ struct Collocation {
     next: Vec<f64>,
 }
 
-impl Collocation {
+impl LiftEquations {
     fn new([r, k]: [usize; 2]) -> Self {
-        Collocation {
+        LiftEquations {
             shape: [r, k],
             nodes: Nodes::of(NODES),
-            jet: Jet::zeros(r, k),
+            jet: MatrixJet::zeros(r, k),
             bases: vec![0.0; r * k * VALUES],
             rates: vec![0.0; k * k * NODES],
             turns: vec![0.0; k * k * (NODES + 1)],
@@ -245,7 +245,7 @@ impl Collocation {
         &mut self,
         ends: [f64; 2],
         start: MatRef<'_, f64>,
-        bases: &mut impl FnMut(f64, &mut Jet) -> Result<f64>,
+        bases: &mut impl FnMut(f64, &mut MatrixJet) -> Result<f64>,
         interrupt: Interrupt<'_>,
     ) -> Result<Option<f64>> {
         let least = self.read(ends, bases, interrupt)?;
@@ -263,7 +263,7 @@ impl Collocation {
     fn read(
         &mut self,
         [from, to]: [f64; 2],
-        bases: &mut impl FnMut(f64, &mut Jet) -> Result<f64>,
+        bases: &mut impl FnMut(f64, &mut MatrixJet) -> Result<f64>,
         interrupt: Interrupt<'_>,
     ) -> Result<f64> {
         let ([r, k], mut least) = (self.shape, 1.0_f64);

@@ -1,8 +1,8 @@
 //! The length of a curve from its speed, by quadrature on panels that are halved until they are accurate.
 
 use super::gauss_legendre::{PANEL, POINTS};
-use super::length_inverse::{Part, VALUES};
-use super::norms::{Evaluation, Norms};
+use super::length_inverse::{LengthPart, VALUES};
+use super::norms::{NormEvaluation, Norms};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
@@ -52,7 +52,7 @@ struct Panel {
 }
 
 /// The rule applied to an interval.
-struct Sampled {
+struct SampledLength {
     length: f64,
     /// A bound on the error caused by a corner between an end and the nearest node.
     miss: f64,
@@ -108,7 +108,12 @@ impl Rule {
     ///
     /// No node sees such a corner, but the polynomial through the nodes misses the value at the end by twice the slope
     /// times the distance of the corner from the end, and the integral by the slope times the square of that distance.
-    fn guarded(&self, a: f64, b: f64, speed: &mut Norms<impl Evaluation>) -> Result<Sampled> {
+    fn guarded(
+        &self,
+        a: f64,
+        b: f64,
+        speed: &mut Norms<impl NormEvaluation>,
+    ) -> Result<SampledLength> {
         let mut t = [a; VALUES];
         t[1] = b;
         self.places_into(a, b, &mut t[2..]);
@@ -124,7 +129,7 @@ impl Rule {
         let miss = (at_start - ends[0]).abs().max((at_end - ends[1]).abs());
         // Distance of the outermost node from the end, as a fraction of the panel.
         let gap = 0.5 * (1.0 - self.nodes[0].abs());
-        Ok(Sampled {
+        Ok(SampledLength {
             length: 0.5 * (b - a) * integral,
             miss: 0.5 * miss * gap * (b - a),
             variation: variation(&speeds),
@@ -132,7 +137,7 @@ impl Rule {
         })
     }
 
-    fn integral(&self, a: f64, b: f64, speed: &mut Norms<impl Evaluation>) -> Result<f64> {
+    fn integral(&self, a: f64, b: f64, speed: &mut Norms<impl NormEvaluation>) -> Result<f64> {
         let (mut t, mut values) = ([0.0; POINTS], [0.0; POINTS]);
         self.places_into(a, b, &mut t);
         speed.speeds(&t, &mut values)?;
@@ -155,7 +160,7 @@ impl Length {
     ///
     /// # Errors
     /// `NoConvergence`, `Overflow`, `Interrupted`, and an error if the curve does not exist somewhere.
-    pub(super) fn between<F: Evaluation>(
+    pub(super) fn between<F: NormEvaluation>(
         start: f64,
         end: f64,
         breakpoints: Vec<f64>,
@@ -175,7 +180,7 @@ impl Length {
         Ok(length)
     }
 
-    fn build<F: Evaluation>(
+    fn build<F: NormEvaluation>(
         &mut self,
         start: f64,
         ends: &[f64],
@@ -219,7 +224,7 @@ impl Length {
     }
 
     /// The panels of an interval, given an estimate of its length.
-    fn panels_of<F: Evaluation>(
+    fn panels_of<F: NormEvaluation>(
         &self,
         [from, to]: [f64; 2],
         length: f64,
@@ -276,7 +281,7 @@ impl Length {
     ///
     /// # Errors
     /// `Interrupted`, and an error if the curve does not exist somewhere.
-    pub(super) fn parameters<F: Evaluation>(
+    pub(super) fn parameters<F: NormEvaluation>(
         &self,
         lengths: &[f64],
         speed: impl Fn() -> Result<Norms<F>> + Sync,
@@ -322,14 +327,14 @@ impl Length {
     fn parts_of(
         &self,
         panel: &Panel,
-        speed: &mut Norms<impl Evaluation>,
+        speed: &mut Norms<impl NormEvaluation>,
         interrupt: Interrupt<'_>,
-    ) -> Result<Vec<Part>> {
+    ) -> Result<Vec<LengthPart>> {
         let mut parts = Vec::new();
         let mut waiting = vec![(panel.start, panel.end, panel.speeds)];
         while let Some((a, b, speeds)) = waiting.pop() {
             interrupt.check(SOLVER)?;
-            let part = Part::new([a, b], &speeds);
+            let part = LengthPart::new([a, b], &speeds);
             let middle = 0.5 * (a + b);
             let allowed = self.allowed.on([a, b], variation(&speeds));
             let is_full = parts.len() + waiting.len() >= MAX_PARTS;
@@ -345,7 +350,7 @@ impl Length {
     }
 
     /// The parameter at a length from the start, in a panel with the given parts.
-    fn parameter(&self, length: f64, panel: &Panel, parts: &[Part]) -> f64 {
+    fn parameter(&self, length: f64, panel: &Panel, parts: &[LengthPart]) -> f64 {
         let mut wanted = length - panel.before;
         if wanted <= 0.0 {
             return panel.start;
@@ -369,7 +374,7 @@ fn variation(speeds: &[f64]) -> f64 {
 }
 
 /// Applies `work` to each item, with blocks of items on one thread each.
-fn in_blocks<T: Sync, R: Send, F: Evaluation>(
+fn in_blocks<T: Sync, R: Send, F: NormEvaluation>(
     items: &[T],
     speed: impl Fn() -> Result<Norms<F>> + Sync,
     interrupt: Interrupt<'_>,

@@ -46,7 +46,7 @@ fn legendre(x: f64) -> [f64; VALUES + 1] {
 
 /// The length along a part of a curve, with a polynomial as speed.
 #[derive(Debug)]
-pub(super) struct Part {
+pub(super) struct LengthPart {
     start: f64,
     end: f64,
     /// Legendre coefficients of the speed, and of the length from the start.
@@ -54,7 +54,7 @@ pub(super) struct Part {
     length: [f64; VALUES + 1],
 }
 
-impl Part {
+impl LengthPart {
     /// Built from the interval and the speeds there.
     pub(super) fn new([start, end]: [f64; 2], values: &[f64; VALUES]) -> Self {
         let (at_ends, inner) = values.split_at(2);
@@ -82,7 +82,7 @@ impl Part {
                 length[j - 1] -= share;
             }
         }
-        Part {
+        LengthPart {
             start,
             end,
             speed,
@@ -140,7 +140,7 @@ impl Part {
 mod tests {
     use super::*;
 
-    fn part(interval: [f64; 2], speed: impl Fn(f64) -> f64) -> Part {
+    fn part(interval: [f64; 2], speed: impl Fn(f64) -> f64) -> LengthPart {
         let (nodes, _) = &*PANEL;
         let [start, end] = interval;
         let places = [-1.0, 1.0].into_iter().chain(nodes.iter().copied());
@@ -148,7 +148,7 @@ mod tests {
         for (value, x) in values.iter_mut().zip(places) {
             *value = speed(0.5 * (start + end) + 0.5 * (end - start) * x);
         }
-        Part::new(interval, &values)
+        LengthPart::new(interval, &values)
     }
 
     #[test]

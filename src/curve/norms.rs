@@ -4,7 +4,7 @@ use faer::MatRef;
 
 use super::quantity::Quantity;
 use crate::error::Result;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::lanes::LANES;
 use crate::linalg::structure::SAFE_SQUARES;
 use crate::manifold::Stiefel;
@@ -12,9 +12,12 @@ use crate::manifold::lane_covariant::{FEW_COLUMNS, LaneCovariant};
 use crate::space::Quotient;
 
 /// Writes Taylor coefficients of the coordinates of a curve at many parameters, up to an order.
-pub(super) trait Evaluation: FnMut(&[f64], usize, &mut [Jet]) -> Result<()> {}
+pub(super) trait NormEvaluation:
+    FnMut(&[f64], usize, &mut [MatrixJet]) -> Result<()>
+{
+}
 
-impl<F: FnMut(&[f64], usize, &mut [Jet]) -> Result<()>> Evaluation for F {}
+impl<F: FnMut(&[f64], usize, &mut [MatrixJet]) -> Result<()>> NormEvaluation for F {}
 
 /// The norms along one curve, with buffers allocated once.
 pub(super) struct Norms<F> {
@@ -23,7 +26,7 @@ pub(super) struct Norms<F> {
     /// The name of the result in errors.
     result: &'static str,
     manifold: Stiefel,
-    jets: Vec<Jet>,
+    jets: Vec<MatrixJet>,
     lanes: Option<LaneCovariant>,
 }
 
@@ -36,7 +39,7 @@ pub(super) struct Norm {
     pub(super) ambient: f64,
 }
 
-impl<F: Evaluation> Norms<F> {
+impl<F: NormEvaluation> Norms<F> {
     /// Built for a curve with coordinates of shape `(rows, k)`.
     ///
     /// # Errors
@@ -52,7 +55,7 @@ impl<F: Evaluation> Norms<F> {
             quotient,
             result,
             manifold: Stiefel::new(rows.max(k), k)?,
-            jets: (0..LANES).map(|_| Jet::zeros(rows, k)).collect(),
+            jets: (0..LANES).map(|_| MatrixJet::zeros(rows, k)).collect(),
             lanes: (k <= FEW_COLUMNS).then(|| LaneCovariant::new(rows, k)),
         })
     }
@@ -105,7 +108,7 @@ impl<F: Evaluation> Norms<F> {
         Ok(())
     }
 
-    fn single(&self, jet: &Jet, order: usize) -> Result<Norm> {
+    fn single(&self, jet: &MatrixJet, order: usize) -> Result<Norm> {
         let s = jet.c[0].as_ref();
         let length = |vector: MatRef<'_, f64>| self.manifold.norm_along(self.result, s, vector);
         let covariant = |quantity: Quantity| length(quantity.single(self.quotient, jet).as_ref());

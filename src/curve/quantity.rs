@@ -3,7 +3,7 @@
 use faer::prelude::*;
 use faer::{Mat, MatMut};
 
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::product::scale;
 use crate::manifold::covariant;
 use crate::manifold::lane_covariant::{FEW_COLUMNS, LaneCovariant};
@@ -48,7 +48,7 @@ impl Quantity {
     pub(super) fn read_into(
         self,
         quotient: Quotient,
-        jets: &[Jet],
+        jets: &[MatrixJet],
         work: &mut Option<Box<LaneCovariant>>,
         mut out: MatMut<'_, f64>,
     ) {
@@ -86,7 +86,7 @@ impl Quantity {
     }
 
     /// A covariant quantity at one parameter.
-    pub(super) fn single(self, quotient: Quotient, jet: &Jet) -> Mat<f64> {
+    pub(super) fn single(self, quotient: Quotient, jet: &MatrixJet) -> Mat<f64> {
         let c = |j: usize| jet.c[j].as_ref();
         let second = &jet.c[2] * Scale(2.0);
         if self != Quantity::Jerk {

@@ -4,7 +4,7 @@ use faer::MatRef;
 
 use super::curve::Curve;
 use crate::error::Result;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::Turning;
 
@@ -32,7 +32,7 @@ impl Curve for QuasiGeodesic {
         t: f64,
         order: usize,
         work: &mut Turning,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         QuasiGeodesic::coordinates_into(self, t, order, work, out)
     }

@@ -1,7 +1,7 @@
 //! De Casteljau's algorithm at one parameter, including all special cases and derivatives.
 
 use crate::error::Result;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::{EndpointProblem, Evaluation};
 use crate::manifold::quasi_geodesic_jet::MovingQuasiGeodesic;
@@ -14,8 +14,8 @@ use crate::space::Quotient;
 /// along the curve.
 pub(super) struct Stages {
     quotient: Quotient,
-    stages: Vec<Jet>,
-    next: Jet,
+    stages: Vec<MatrixJet>,
+    next: MatrixJet,
     evaluation: Evaluation,
     joining: QuasiGeodesic,
     problem: EndpointProblem,
@@ -27,8 +27,8 @@ impl Stages {
     pub(super) fn new(quotient: Quotient, [r, k]: [usize; 2], degree: usize) -> Self {
         Stages {
             quotient,
-            stages: (0..degree).map(|_| Jet::zeros(r, k)).collect(),
-            next: Jet::zeros(r, k),
+            stages: (0..degree).map(|_| MatrixJet::zeros(r, k)).collect(),
+            next: MatrixJet::zeros(r, k),
             evaluation: Evaluation::new(k),
             joining: QuasiGeodesic::zeros(r, k),
             problem: EndpointProblem::new(r, k),
@@ -58,7 +58,7 @@ impl Stages {
     }
 
     /// The last computed Taylor coefficients.
-    pub(super) fn value(&self) -> &Jet {
+    pub(super) fn value(&self) -> &MatrixJet {
         &self.stages[0]
     }
 

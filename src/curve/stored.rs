@@ -178,10 +178,10 @@ fn check_gap(leg: &QuasiGeodesic, t: f64, point: &Mat<f64>) -> Result<()> {
 }
 
 /// A frame and control points in its coordinates.
-type Coordinates<'a> = (Option<MatRef<'a, f64>>, &'a [Mat<f64>]);
+type StoredCoordinates<'a> = (Option<MatRef<'a, f64>>, &'a [Mat<f64>]);
 
 /// Stores frames and control points in their coordinates.
-fn store_control_points(shape: [usize; 2], curves: &[Coordinates<'_>], fields: &mut Fields) {
+fn store_control_points(shape: [usize; 2], curves: &[StoredCoordinates<'_>], fields: &mut Fields) {
     let (mut frames, mut points) = (Vec::new(), Vec::new());
     for (frame, own) in curves {
         if let Some(frame) = frame {

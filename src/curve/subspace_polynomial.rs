@@ -20,7 +20,7 @@ use super::span::{self, Span};
 use super::stages::Stages;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::product::{mul_add, mul_into};
 use crate::manifold::grassmann::joining::{join_spans, leave_span};
 use crate::manifold::quasi_geodesic::EndpointProblem;
@@ -205,7 +205,7 @@ impl SubspacePolynomial {
     fn bases<'a>(
         &'a self,
         stages: &'a mut Stages,
-    ) -> impl FnMut(f64, &mut Jet) -> Result<f64> + 'a {
+    ) -> impl FnMut(f64, &mut MatrixJet) -> Result<f64> + 'a {
         move |t, out| {
             stages.compute(&self.legs, t, 1)?;
             out.copy_from(stages.value(), 1);
@@ -214,13 +214,13 @@ impl SubspacePolynomial {
     }
 
     /// Writes the basis at any parameter.
-    fn basis_into(&self, t: f64, work: &mut Workspace, out: MatMut<'_, f64>) -> Result<()> {
+    fn basis_into(&self, t: f64, work: &mut SubspaceWorkspace, out: MatMut<'_, f64>) -> Result<()> {
         check_parameter(t)?;
         if (0.0..=1.0).contains(&t) {
             self.lift.basis_into(t, out);
             return Ok(());
         }
-        let Workspace {
+        let SubspaceWorkspace {
             stages, outside, ..
         } = work;
         let lift = outside[usize::from(t > 1.0)].get_or_insert_with(|| match t > 1.0 {
@@ -248,7 +248,7 @@ fn outer_leg(y: &Mat<f64>, v: &Mat<f64>) -> Result<(QuasiGeodesic, Mat<f64>)> {
 }
 
 impl Curve for SubspacePolynomial {
-    type Workspace = Workspace;
+    type Workspace = SubspaceWorkspace;
 
     fn n(&self) -> usize {
         span::rows(self.frame.as_ref(), &self.points)
@@ -266,9 +266,9 @@ impl Curve for SubspacePolynomial {
         self.frame.as_ref().map(|frame| frame.as_ref())
     }
 
-    fn workspace(&self) -> Workspace {
-        let ([r, k], square) = (self.shape(), || Jet::zeros(self.k(), self.k()));
-        Workspace {
+    fn workspace(&self) -> SubspaceWorkspace {
+        let ([r, k], square) = (self.shape(), || MatrixJet::zeros(self.k(), self.k()));
+        SubspaceWorkspace {
             stages: self.stages(),
             outside: [None, None],
             basis: Mat::zeros(r, k),
@@ -281,8 +281,8 @@ impl Curve for SubspacePolynomial {
         &self,
         t: f64,
         order: usize,
-        work: &mut Workspace,
-        out: &mut Jet,
+        work: &mut SubspaceWorkspace,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         if order == 0 {
             return self.basis_into(t, work, out.c[0].as_mut());
@@ -300,8 +300,8 @@ impl Curve for SubspacePolynomial {
     fn positions_into(
         &self,
         t: &[f64],
-        work: &mut Workspace,
-        _: &mut Option<Jet>,
+        work: &mut SubspaceWorkspace,
+        _: &mut Option<MatrixJet>,
         mut out: MatMut<'_, f64>,
     ) -> Result<()> {
         let k = self.k();
@@ -317,29 +317,29 @@ impl Curve for SubspacePolynomial {
 /// # Examples
 /// ```
 /// use faer::{Mat, mat};
-/// use stiefel_rs::{Curve, SubspacePolynomial, curve::subspace_polynomial::Workspace};
-/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::{Curve, SubspacePolynomial, curve::subspace_polynomial::SubspaceWorkspace};
+/// use stiefel_rs::linalg::jet::MatrixJet;
 /// let points: [Mat<f64>; 2] = [0.0_f64, 0.5].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let curve = SubspacePolynomial::try_from(&points[..])?;
-/// let (mut work, mut jet): (Workspace, Jet) = (curve.workspace(), Jet::zeros(2, 1));
+/// let (mut work, mut jet): (SubspaceWorkspace, MatrixJet) = (curve.workspace(), MatrixJet::zeros(2, 1));
 /// for t in [-1.0, 0.5, 2.0_f64] {
 ///     curve.coordinates_into(t, 1, &mut work, &mut jet)?;
 ///     assert!((&jet.c[0] - mat![[(0.5 * t).cos()], [(0.5 * t).sin()]]).norm_l2() < 1e-14);
 /// }
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
-pub struct Workspace {
+pub struct SubspaceWorkspace {
     stages: Stages,
     /// Continuations backwards from 0, and forwards from 1.
     outside: [Option<Lift>; 2],
     basis: Mat<f64>,
     /// `F^T F'`.
-    rates: Jet,
+    rates: MatrixJet,
     /// `R` of the horizontal basis `F R`.
-    turn: Jet,
+    turn: MatrixJet,
 }
 
-impl Workspace {
+impl SubspaceWorkspace {
     /// `R` from the basis at the parameter, and its Taylor coefficients from `R' = -F^T F' R`.
     fn turn(&mut self, order: usize) {
         let f = self.stages.value();

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::field::{Field, larger, largest};
-use crate::solve::tridiagonal::{Row, Shape, Tridiagonal};
+use crate::solve::tridiagonal::{ChainShape, Row, Tridiagonal};
 use crate::space::Homogeneous;
 
 /// The condition at an end of a chain, in coordinates, per unit of time.
@@ -110,8 +110,8 @@ impl<'a> Knots<'a> {
         };
         let rows: Vec<Row<1>> = (0..self.count()).map(row).collect();
         let shape = match self.ends {
-            Ends::Open(_) => Shape::Open,
-            Ends::Periodic => Shape::Closed,
+            Ends::Open(_) => ChainShape::Open,
+            Ends::Periodic => ChainShape::Closed,
         };
         Tridiagonal::new(&rows, shape).ok_or(Error::Overflow {
             quantity: "system of a spline",

@@ -53,7 +53,7 @@ pub(super) fn diagonalise(
     for x in d.iter_mut().chain(e.iter_mut()) {
         *x /= norm;
     }
-    let mut work = Iteration { d, e, rows, basis };
+    let mut work = SvdIteration { d, e, rows, basis };
     if columns > p {
         work.clear_column(p, 0);
     }
@@ -97,14 +97,14 @@ pub(super) fn diagonalise(
     Ok(())
 }
 
-struct Iteration<'a> {
+struct SvdIteration<'a> {
     d: &'a mut [f64],
     e: &'a mut [f64],
     rows: usize,
     basis: &'a mut Square,
 }
 
-impl Iteration<'_> {
+impl SvdIteration<'_> {
     /// Rotates columns `i < j` of the basis to `(c x + s y, c y - s x)`.
     #[inline(always)]
     fn turn(&mut self, i: usize, j: usize, (c, s): (f64, f64)) {

@@ -18,10 +18,10 @@ pub type ScalarJet = [f64; ORDER + 1];
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::linalg::jet::MatrixJet;
 /// // The exponential e^{tA}, by its Taylor coefficients A^j / j!.
 /// let a = mat![[0.0, -1.0], [1.0, 0.0]];
-/// let (mut forward, mut product) = (Jet::zeros(2, 2), Jet::zeros(2, 2));
+/// let (mut forward, mut product) = (MatrixJet::zeros(2, 2), MatrixJet::zeros(2, 2));
 /// forward.set_scalar(1.0, 3);
 /// for j in 1..=3 {
 ///     forward.c[j] = &a * &forward.c[j - 1] * faer::Scale(1.0 / j as f64);
@@ -31,22 +31,22 @@ pub type ScalarJet = [f64; ORDER + 1];
 /// assert_eq!(product.c[0], mat![[1.0, 0.0], [0.0, 1.0]]);
 /// assert!(product.c[1..].iter().all(|c| c.norm_l2() < 1e-14));
 /// ```
-pub struct Jet {
+pub struct MatrixJet {
     /// Coefficients `A_0 ..= A_3`.
     pub c: [Mat<f64>; ORDER + 1],
 }
 
-impl Jet {
+impl MatrixJet {
     /// The zero polynomial with `rows x cols` coefficients.
     pub fn zeros(rows: usize, cols: usize) -> Self {
-        Jet {
+        MatrixJet {
             c: std::array::from_fn(|_| Mat::zeros(rows, cols)),
         }
     }
 
     /// The zero polynomial with coefficients up to the given order; the others have no entries.
     pub(crate) fn zeros_up_to(order: usize, rows: usize, cols: usize) -> Self {
-        Jet {
+        MatrixJet {
             c: std::array::from_fn(|j| match j <= order {
                 true => Mat::zeros(rows, cols),
                 false => Mat::new(),
@@ -55,7 +55,7 @@ impl Jet {
     }
 
     /// `self = other`.
-    pub fn copy_from(&mut self, other: &Jet, order: usize) {
+    pub fn copy_from(&mut self, other: &MatrixJet, order: usize) {
         for j in 0..=order {
             self.c[j].copy_from(&other.c[j]);
         }
@@ -72,7 +72,7 @@ impl Jet {
     }
 
     /// `self = a b`.
-    pub fn set_product(&mut self, a: &Jet, b: &Jet, order: usize) {
+    pub fn set_product(&mut self, a: &MatrixJet, b: &MatrixJet, order: usize) {
         for j in 0..=order {
             mul_into(&mut self.c[j], 1.0, &a.c[0], &b.c[j]);
             for i in 1..=j {
@@ -82,7 +82,7 @@ impl Jet {
     }
 
     /// `self = a^T b`.
-    pub fn set_product_tn(&mut self, a: &Jet, b: &Jet, order: usize) {
+    pub fn set_product_tn(&mut self, a: &MatrixJet, b: &MatrixJet, order: usize) {
         for j in 0..=order {
             mul_into(&mut self.c[j], 1.0, a.c[0].transpose(), &b.c[j]);
             for i in 1..=j {
@@ -92,7 +92,7 @@ impl Jet {
     }
 
     /// `self = a b^T`.
-    pub fn set_product_nt(&mut self, a: &Jet, b: &Jet, order: usize) {
+    pub fn set_product_nt(&mut self, a: &MatrixJet, b: &MatrixJet, order: usize) {
         for j in 0..=order {
             mul_into(&mut self.c[j], 1.0, &a.c[0], b.c[j].transpose());
             for i in 1..=j {
@@ -102,14 +102,14 @@ impl Jet {
     }
 
     /// `self = a m` with a constant matrix `m`.
-    pub fn set_product_constant(&mut self, a: &Jet, m: MatRef<'_, f64>, order: usize) {
+    pub fn set_product_constant(&mut self, a: &MatrixJet, m: MatRef<'_, f64>, order: usize) {
         for j in 0..=order {
             mul_into(&mut self.c[j], 1.0, &a.c[j], m);
         }
     }
 
     /// `self = s a` with a scalar polynomial `s`.
-    pub fn set_scaled(&mut self, s: &ScalarJet, a: &Jet, order: usize) {
+    pub fn set_scaled(&mut self, s: &ScalarJet, a: &MatrixJet, order: usize) {
         for j in 0..=order {
             self.c[j].fill(0.0);
             for i in 0..=j {
@@ -119,7 +119,7 @@ impl Jet {
     }
 
     /// `self += alpha a`.
-    pub fn add(&mut self, alpha: f64, a: &Jet, order: usize) {
+    pub fn add(&mut self, alpha: f64, a: &MatrixJet, order: usize) {
         for j in 0..=order {
             axpy(&mut self.c[j], alpha, &a.c[j]);
         }

@@ -1,6 +1,6 @@
 //! Exponential of a matrix Taylor polynomial.
 
-use super::jet::{Jet, ScalarJet};
+use super::jet::{MatrixJet, ScalarJet};
 use crate::error::{Error, Result};
 
 /// Degree of the exponential series, for arguments of norm at most 1 and derivatives up to the third.
@@ -8,18 +8,18 @@ const DEGREE: usize = 22;
 
 /// Buffers for exponentials of square matrix polynomials of one size.
 pub(crate) struct JetExp {
-    argument: Jet,
-    product: Jet,
+    argument: MatrixJet,
+    product: MatrixJet,
     /// The last computed exponential.
-    pub(crate) value: Jet,
+    pub(crate) value: MatrixJet,
 }
 
 impl JetExp {
     pub(crate) fn new(m: usize) -> Self {
         JetExp {
-            argument: Jet::zeros(m, m),
-            product: Jet::zeros(m, m),
-            value: Jet::zeros(m, m),
+            argument: MatrixJet::zeros(m, m),
+            product: MatrixJet::zeros(m, m),
+            value: MatrixJet::zeros(m, m),
         }
     }
 
@@ -30,7 +30,7 @@ impl JetExp {
     pub(crate) fn compute(
         &mut self,
         t: &ScalarJet,
-        a: &Jet,
+        a: &MatrixJet,
         order: usize,
         quantity: &'static str,
     ) -> Result<()> {

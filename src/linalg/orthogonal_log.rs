@@ -86,7 +86,7 @@ pub fn orthogonal_log(q: MatRef<'_, f64>) -> Result<Mat<f64>> {
 /// ```
 pub struct OrthogonalLog {
     m: usize,
-    general: Option<Box<General>>,
+    general: Option<Box<GeneralOrthogonal>>,
 }
 
 impl OrthogonalLog {
@@ -94,7 +94,7 @@ impl OrthogonalLog {
     pub fn new(m: usize) -> Self {
         OrthogonalLog {
             m,
-            general: (m > 3).then(|| Box::new(General::new(m))),
+            general: (m > 3).then(|| Box::new(GeneralOrthogonal::new(m))),
         }
     }
 
@@ -224,7 +224,7 @@ fn log_space(mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
     Ok(())
 }
 
-struct General {
+struct GeneralOrthogonal {
     /// Skew part of the rotation, later of its correction.
     skew: Square,
     /// The rotation in the basis of its planes.
@@ -240,9 +240,9 @@ struct General {
     half_cos_sin: Vec<(f64, f64)>,
 }
 
-impl General {
+impl GeneralOrthogonal {
     fn new(m: usize) -> Self {
-        General {
+        GeneralOrthogonal {
             skew: Square::new(m),
             turned: Square::new(m),
             basis: Square::new(m),

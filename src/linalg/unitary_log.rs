@@ -96,7 +96,7 @@ pub fn unitary_log(q: MatRef<'_, c64>) -> Result<Mat<c64>> {
 /// ```
 pub struct UnitaryLog {
     m: usize,
-    general: Option<Box<General>>,
+    general: Option<Box<GeneralUnitary>>,
 }
 
 impl UnitaryLog {
@@ -104,7 +104,7 @@ impl UnitaryLog {
     pub fn new(m: usize) -> Self {
         UnitaryLog {
             m,
-            general: (m > 2).then(|| Box::new(General::new(m))),
+            general: (m > 2).then(|| Box::new(GeneralUnitary::new(m))),
         }
     }
 
@@ -179,7 +179,7 @@ fn principal(angle: f64, m: usize) -> f64 {
     }
 }
 
-struct General {
+struct GeneralUnitary {
     /// The matrix, then its skew part, then the logarithm in the basis.
     matrix: ComplexSquare,
     /// The matrix in the basis.
@@ -198,10 +198,10 @@ struct General {
     half_cos_sin: Vec<(f64, f64)>,
 }
 
-impl General {
+impl GeneralUnitary {
     fn new(m: usize) -> Self {
         let square = || ComplexSquare::new(m);
-        General {
+        GeneralUnitary {
             matrix: square(),
             turned: square(),
             basis: square(),

@@ -14,7 +14,7 @@ use super::normal_frame::{normal_factor, normal_frame, normal_rank, set_normal_p
 use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::error::Result;
 use crate::linalg::SkewExp;
-use crate::linalg::jet::{Jet, ORDER};
+use crate::linalg::jet::{MatrixJet, ORDER};
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::{check_range, skew_part};
 use crate::space::Quotient;
@@ -51,14 +51,14 @@ const GEODESIC: &str = "geodesic";
 pub struct Geodesic {
     /// `[S, Q]`, shape `(n, k + p)`.
     pub(super) frame: Mat<f64>,
-    pub(super) motion: Motion,
+    pub(super) motion: FrameMotion,
     pub(super) metric: Metric,
     pub(super) quotient: Quotient,
 }
 
 /// A geodesic in coordinates of its frame.
 #[derive(Debug, Clone)]
-pub(super) struct Motion {
+pub(super) struct FrameMotion {
     /// `[[2 w A, -B^T], [B, 0]]`.
     pub(super) generator: Mat<f64>,
     /// `(1 - 2 w) A`, unless it is zero.
@@ -83,7 +83,7 @@ impl Stiefel {
             Some(factor) => {
                 // With X = R^{-1} E_2 and V = S A + Q R, `S E_1 + Q E_2` is `S (E_1 - A X) + V X`.
                 let omega = skew_part(product.as_ref());
-                let motion = Motion::new(omega.as_ref(), factor.r(), self.metric());
+                let motion = FrameMotion::new(omega.as_ref(), factor.r(), self.metric());
                 let mut end = motion.at(1.0)?;
                 let (mut start, mut normal) = end.as_mut().split_at_row_mut(self.k());
                 factor.divide(normal.rb_mut());
@@ -182,7 +182,7 @@ impl Geodesic {
         Geodesic {
             quotient: Quotient::Frames,
             frame,
-            motion: Motion::new(a, b, metric),
+            motion: FrameMotion::new(a, b, metric),
             metric,
         }
     }
@@ -237,13 +237,13 @@ impl Geodesic {
         t: f64,
         order: usize,
         flow: &mut Flow,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         self.motion.coordinates_into(t, order, flow, out)
     }
 }
 
-impl Motion {
+impl FrameMotion {
     fn new(a: MatRef<'_, f64>, b: MatRef<'_, f64>, metric: Metric) -> Self {
         let (p, k) = b.shape();
         let twice = 2.0 * metric.weight();
@@ -254,7 +254,7 @@ impl Motion {
             (false, false) => 0.0,
         });
         let turning = (twice != 1.0).then(|| Mat::from_fn(k, k, |i, j| (1.0 - twice) * a[(i, j)]));
-        Motion {
+        FrameMotion {
             generator,
             turning,
             k,
@@ -263,14 +263,20 @@ impl Motion {
 
     /// Coordinates of the point at `t`, shape `(k + p, k)`.
     fn at(&self, t: f64) -> Result<Mat<f64>> {
-        let mut jet = Jet::zeros_up_to(0, self.generator.ncols(), self.k);
+        let mut jet = MatrixJet::zeros_up_to(0, self.generator.ncols(), self.k);
         self.coordinates_into(t, 0, &mut Flow::of(self), &mut jet)?;
         let [point, ..] = jet.c;
         Ok(point)
     }
 
     /// Taylor coefficients of the coordinates at `t`, of shape `(k + p, k)`, up to the given order.
-    fn coordinates_into(&self, t: f64, order: usize, flow: &mut Flow, out: &mut Jet) -> Result<()> {
+    fn coordinates_into(
+        &self,
+        t: f64,
+        order: usize,
+        flow: &mut Flow,
+        out: &mut MatrixJet,
+    ) -> Result<()> {
         let k = self.k;
         flow.exp
             .exp_into(flow.rotation.as_mut(), self.generator.as_ref(), t)?;
@@ -305,12 +311,12 @@ impl Motion {
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::linalg::jet::MatrixJet;
 /// use stiefel_rs::manifold::exponential::Flow;
 /// use stiefel_rs::{Curve, Geodesic};
 /// let curve = Geodesic::from_velocity(mat![[1.0], [0.0], [0.0]].as_ref(), mat![[0.0], [3.0], [4.0]].as_ref())?;
 /// let frame = curve.frame().expect("a geodesic has one");
-/// let (mut work, mut jet): (Flow, Jet) = (curve.workspace(), Jet::zeros(frame.ncols(), 1));
+/// let (mut work, mut jet): (Flow, MatrixJet) = (curve.workspace(), MatrixJet::zeros(frame.ncols(), 1));
 /// for t in [0.0, 0.2, 0.4] {
 ///     curve.coordinates_into(t, 1, &mut work, &mut jet)?;
 ///     // The first entry of the point is cos(5 t); its speed is always 5.
@@ -336,7 +342,7 @@ impl Flow {
         Flow::of(&curve.motion)
     }
 
-    fn of(motion: &Motion) -> Self {
+    fn of(motion: &FrameMotion) -> Self {
         let (m, k) = (motion.generator.ncols(), motion.k);
         Flow {
             exp: SkewExp::new(m),

@@ -15,7 +15,7 @@ use faer::{Mat, MatRef};
 use super::stiefel::Stiefel;
 use crate::error::{Error, Result};
 use crate::linalg::decomp::{solve_square, thin_q};
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::jet_exp::JetExp;
 use crate::linalg::product::mul_into;
 use crate::linalg::skew_schur::apply_ad_function;
@@ -27,13 +27,13 @@ const DERIVATIVES: &str = "derivative of a geodesic polynomial";
 /// Buffers for points of one shape.
 pub(crate) struct MovingGeodesic {
     manifold: Stiefel,
-    velocity: Jet,
-    gram: Jet,
-    omega: Jet,
-    normal: Jet,
-    tall: Jet,
-    outer: Jet,
-    generator: Jet,
+    velocity: MatrixJet,
+    gram: MatrixJet,
+    omega: MatrixJet,
+    normal: MatrixJet,
+    tall: MatrixJet,
+    outer: MatrixJet,
+    generator: MatrixJet,
     exponential: JetExp,
     schur: SkewSchur,
 }
@@ -44,12 +44,12 @@ impl MovingGeodesic {
     /// # Errors
     /// `Shape` unless `1 <= k <= r`.
     pub(crate) fn new(r: usize, k: usize) -> Result<Self> {
-        let (square, tall) = (|| Jet::zeros(r, r), || Jet::zeros(r, k));
+        let (square, tall) = (|| MatrixJet::zeros(r, r), || MatrixJet::zeros(r, k));
         Ok(MovingGeodesic {
             manifold: Stiefel::new(r, k)?,
             velocity: tall(),
-            gram: Jet::zeros(k, k),
-            omega: Jet::zeros(k, k),
+            gram: MatrixJet::zeros(k, k),
+            omega: MatrixJet::zeros(k, k),
             normal: tall(),
             tall: tall(),
             outer: square(),
@@ -65,11 +65,11 @@ impl MovingGeodesic {
     /// The errors of [`Stiefel::log`]; `NoJoiningCurve` if the points are conjugate.
     pub(crate) fn jet_into(
         &mut self,
-        s0: &Jet,
-        s1: &Jet,
+        s0: &MatrixJet,
+        s1: &MatrixJet,
         t: f64,
         order: usize,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         let (r, k) = (self.manifold.n(), self.manifold.k());
         let velocity = self.manifold.log(s0.c[0].as_ref(), s1.c[0].as_ref())?;
@@ -113,7 +113,7 @@ impl MovingGeodesic {
     }
 
     /// `generator = K S0^T - S0 K^T + S0 Omega S0^T`.
-    fn set_generator(&mut self, s0: &Jet, order: usize) {
+    fn set_generator(&mut self, s0: &MatrixJet, order: usize) {
         self.gram.set_product_tn(s0, &self.velocity, order);
         for (omega, gram) in self.omega.c.iter_mut().zip(&self.gram.c) {
             omega.copy_from((gram - gram.transpose()) * faer::Scale(0.5));

@@ -1,7 +1,7 @@
 //! Covariant derivatives along eight curves, or at eight parameters, at once; the formulas are those of
 //! [`covariant`](super::covariant).
 
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::lane_matrix::{LaneMatrix, dot};
 use crate::linalg::lanes::Lanes;
 use crate::linalg::simd::{Eight, Width};
@@ -36,7 +36,7 @@ impl LaneCovariant {
     }
 
     /// Reads Taylor coefficients up to an order, of up to eight curves.
-    pub(crate) fn read(&mut self, jets: &[Jet], order: usize) {
+    pub(crate) fn read(&mut self, jets: &[MatrixJet], order: usize) {
         for (lane, jet) in jets.iter().enumerate() {
             let factorials = [1.0, 1.0, 2.0, 6.0];
             let all = self.derivatives.iter_mut().zip(&jet.c).zip(factorials);

@@ -34,14 +34,14 @@ const NEAR_PI: f64 = PI - 1e-10;
 pub(crate) struct LaneJoin {
     /// Rows of a point, which distinguish one component from two.
     rows: usize,
-    general: Option<Box<General>>,
+    general: Option<Box<GeneralJoin>>,
 }
 
 impl LaneJoin {
     pub(crate) fn new(rows: usize, k: usize) -> Self {
         LaneJoin {
             rows,
-            general: (k > 2).then(|| Box::new(General::new(rows, k))),
+            general: (k > 2).then(|| Box::new(GeneralJoin::new(rows, k))),
         }
     }
 
@@ -145,7 +145,7 @@ fn mixture(a: Lanes, cos: Lanes, sin: Lanes, b: Lanes, f: Lanes, g: Lanes) -> [[
     ]
 }
 
-struct General {
+struct GeneralJoin {
     principal: LanePrincipal,
     gram: LaneMatrix,
     symmetric: LaneMatrix,
@@ -155,10 +155,10 @@ struct General {
     point: LaneMatrix,
 }
 
-impl General {
+impl GeneralJoin {
     fn new(rows: usize, k: usize) -> Self {
         let square = || LaneMatrix::zeros(k, k);
-        General {
+        GeneralJoin {
             principal: LanePrincipal::new(k),
             gram: square(),
             symmetric: square(),

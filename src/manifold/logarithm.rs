@@ -37,7 +37,7 @@ use crate::linalg::product::{determinant_sign, mul_add, mul_into};
 use crate::linalg::structure::orthonormality_defect;
 use report::{no_convergence, not_joined};
 use search::{CONTRACTION, Search};
-use shooting::Shooting;
+use shooting::GeodesicShooting;
 
 /// Residual of convergence, in units of the size times round-off.
 const TOLERANCE: f64 = 32.0;
@@ -186,7 +186,7 @@ impl Stiefel {
         OrthogonalLog::new(n)
             .log_into(log.as_mut(), gram.as_ref())
             .map_err(not_joined)?;
-        let mut shooting = Shooting::new(&gram, 0.5);
+        let mut shooting = GeodesicShooting::new(&gram, 0.5);
         shooting.start_from(log.as_ref());
         let outcome = shooting.run(self.tolerance(&gram), CONTRACTION, 1)?;
         let report = LogReport {

@@ -14,7 +14,7 @@ use super::principal_vectors::PrincipalVectors;
 use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::error::{Error, Result};
 use crate::linalg::decomp::Svd;
-use crate::linalg::jet::{Jet, ORDER};
+use crate::linalg::jet::{MatrixJet, ORDER};
 use crate::linalg::one_sided_jacobi::orthogonalise_few;
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::{OrthogonalLog, SkewExp};
@@ -284,7 +284,7 @@ impl QuasiGeodesic {
         t: f64,
         order: usize,
         turning: &mut Turning,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         let k = self.k();
         turning.compute(self, t, order)?;
@@ -317,7 +317,7 @@ impl QuasiGeodesic {
         t: f64,
         order: usize,
         work: &mut Evaluation,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         self.coordinates_into(t, order, &mut work.turning, &mut work.coordinates)?;
         for j in 0..=order {
@@ -388,14 +388,14 @@ impl Departure {
 /// Buffers for evaluating quasi-geodesics with a given `k`.
 pub(crate) struct Evaluation {
     turning: Turning,
-    coordinates: Jet,
+    coordinates: MatrixJet,
 }
 
 impl Evaluation {
     pub(crate) fn new(k: usize) -> Self {
         Evaluation {
             turning: Turning::new(k),
-            coordinates: Jet::zeros(2 * k, k),
+            coordinates: MatrixJet::zeros(2 * k, k),
         }
     }
 }
@@ -405,14 +405,14 @@ impl Evaluation {
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::linalg::jet::MatrixJet;
 /// use stiefel_rs::manifold::quasi_geodesic::Turning;
 /// use stiefel_rs::{Curve, QuasiGeodesic};
 /// let s = mat![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]];
 /// let v = mat![[0.0, -1.0], [1.0, 0.0], [2.0, 0.0]];
 /// let curve = QuasiGeodesic::from_velocity(s.as_ref(), v.as_ref())?;
 /// let frame = curve.frame().expect("a quasi-geodesic has one");
-/// let (mut work, mut jet): (Turning, Jet) = (curve.workspace(), Jet::zeros(frame.ncols(), 2));
+/// let (mut work, mut jet): (Turning, MatrixJet) = (curve.workspace(), MatrixJet::zeros(frame.ncols(), 2));
 /// for t in [0.0, 0.5, 1.0] {
 ///     curve.coordinates_into(t, 1, &mut work, &mut jet)?;
 ///     // The speed is constant: |V|^2 = |K|^2 + |Omega|^2 in the Euclidean norm.

@@ -19,7 +19,7 @@ use super::grassmann::alignment::unique_alignment;
 use super::quasi_geodesic::{EndpointProblem, QuasiGeodesic};
 use crate::error::{Error, Result};
 use crate::linalg::SkewSchur;
-use crate::linalg::jet::{Jet, ORDER, ScalarJet};
+use crate::linalg::jet::{MatrixJet, ORDER, ScalarJet};
 use crate::linalg::jet_exp::JetExp;
 use crate::linalg::orthogonal_log::inverse_dexp;
 use crate::linalg::product::{mul_add, mul_into};
@@ -38,31 +38,31 @@ pub(crate) struct MovingQuasiGeodesic {
     problem: EndpointProblem,
     schur: SkewSchur,
     /// `S0 U` and `S1 Z`, shape `(r, k)`.
-    start: Jet,
-    end: Jet,
+    start: MatrixJet,
+    end: MatrixJet,
     /// For subspaces, `S1` in the basis nearest to `S0`.
     aligned: Mat<f64>,
-    wide: Jet,
-    gram: Jet,
-    symmetric: Jet,
-    rotation: Jet,
-    angle_squared: Jet,
-    argument: Jet,
-    sine: Jet,
-    cosine: Jet,
-    whole: Jet,
-    inverse: Jet,
-    weight: Jet,
-    log: Jet,
+    wide: MatrixJet,
+    gram: MatrixJet,
+    symmetric: MatrixJet,
+    rotation: MatrixJet,
+    angle_squared: MatrixJet,
+    argument: MatrixJet,
+    sine: MatrixJet,
+    cosine: MatrixJet,
+    whole: MatrixJet,
+    inverse: MatrixJet,
+    weight: MatrixJet,
+    log: MatrixJet,
     power: JetExp,
-    work: [Jet; 2],
+    work: [MatrixJet; 2],
     small: [Mat<f64>; 2],
 }
 
 impl MovingQuasiGeodesic {
     pub(crate) fn new(r: usize, k: usize) -> Self {
-        let square = || Jet::zeros(k, k);
-        let tall = || Jet::zeros(r, k);
+        let square = || MatrixJet::zeros(k, k);
+        let tall = || MatrixJet::zeros(r, k);
         MovingQuasiGeodesic {
             curve: QuasiGeodesic::zeros(r, k),
             problem: EndpointProblem::new(r, k),
@@ -94,11 +94,11 @@ impl MovingQuasiGeodesic {
     /// The errors of [`QuasiGeodesic::between`].
     pub(crate) fn jet_into(
         &mut self,
-        s0: &Jet,
-        s1: &Jet,
+        s0: &MatrixJet,
+        s1: &MatrixJet,
         t: f64,
         order: usize,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         self.curve
             .join(s0.c[0].as_ref(), s1.c[0].as_ref(), &mut self.problem)?;
@@ -130,11 +130,11 @@ impl MovingQuasiGeodesic {
     /// `RightAngle`, `Overflow`, `Decomposition`.
     pub(crate) fn span_jet_into(
         &mut self,
-        s0: &Jet,
-        s1: &Jet,
+        s0: &MatrixJet,
+        s1: &MatrixJet,
         t: f64,
         order: usize,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<f64> {
         let (turn, cosine) = unique_alignment(s0.c[0].as_ref(), s1.c[0].as_ref())?;
         mul_into(&mut self.aligned, 1.0, &s1.c[0], &turn);
@@ -153,7 +153,7 @@ impl MovingQuasiGeodesic {
     }
 
     /// `wide = start a_t(P) + end R^T b_t(P)` for the joined ends; overwrites `out`.
-    fn interpolate(&mut self, t: f64, order: usize, out: &mut Jet) -> Result<()> {
+    fn interpolate(&mut self, t: f64, order: usize, out: &mut MatrixJet) -> Result<()> {
         self.polar(order)?;
         self.angles(order)?;
         // Interpolation in the aligned frame: `start a_t(P) + end R^T b_t(P)`.
@@ -380,9 +380,9 @@ enum Parity {
 
 /// `I + f_1 W (I + f_2 W (I + ...))`, evaluated from the last factor to the first, without storing matrices.
 fn small_series<const K: usize>(
-    argument: &Jet,
+    argument: &MatrixJet,
     factors: impl Iterator<Item = f64>,
-    target: &mut Jet,
+    target: &mut MatrixJet,
     order: usize,
 ) {
     let zero = [[[0.0; K]; K]; ORDER + 1];

@@ -24,7 +24,7 @@ use crate::linalg::decomp::{
     Svd, newton_schulz, polar_factor, smallest_real_part, solve_matrix, solve_upper, thin_qr,
 };
 use crate::linalg::gram_factors::CholeskyQr;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::lyapunov::{TriangularSolver, solve_symmetric};
 use crate::linalg::structure::{check_range, distance, norm, orthonormality_defect, skew_part};
 
@@ -240,7 +240,7 @@ impl Retraction {
 
 fn quasi_geodesic_end(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
     let curve = QuasiGeodesic::from_velocity(s, v)?;
-    let (k, mut coordinates) = (curve.k(), Jet::zeros(2 * curve.k(), curve.k()));
+    let (k, mut coordinates) = (curve.k(), MatrixJet::zeros(2 * curve.k(), curve.k()));
     curve.coordinates_into(1.0, 0, &mut Turning::new(k), &mut coordinates)?;
     let end = curve.frame() * &coordinates.c[0];
     check_range("retraction", end.as_ref())?;

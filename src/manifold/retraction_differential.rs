@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 
 use super::stiefel::Stiefel;
 use crate::error::Result;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::jet_exp::JetExp;
 use crate::linalg::product::mul_add;
 
@@ -30,7 +30,7 @@ pub(crate) fn retraction_differential(
 ) -> Result<Mat<f64>> {
     let (r, k) = s.shape();
     let manifold = Stiefel::of("S", s)?;
-    let (mut left, mut right) = (Jet::zeros(r, r), Jet::zeros(k, k));
+    let (mut left, mut right) = (MatrixJet::zeros(r, r), MatrixJet::zeros(k, k));
     for (j, vector) in [u, z].into_iter().enumerate() {
         let (normal, omega) = manifold.split(s, vector)?;
         mul_add(&mut left.c[j], 1.0, &normal, s.transpose());

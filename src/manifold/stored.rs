@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::exponential::Motion;
+use super::exponential::FrameMotion;
 use super::{Geodesic, Metric, QuasiGeodesic};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -223,7 +223,7 @@ impl Stored for Geodesic {
         Ok(Geodesic {
             quotient,
             frame,
-            motion: Motion {
+            motion: FrameMotion {
                 generator,
                 turning,
                 k,

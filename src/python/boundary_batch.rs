@@ -130,13 +130,18 @@ pub fn solve_boundary<'py>(
 }
 
 /// A solution, or the residual if the problem was not solved.
-type Found = std::result::Result<BoundarySolution, f64>;
+type FoundBatch = std::result::Result<BoundarySolution, f64>;
 
 /// Acceleration, jerk, cost, whether the problem is solved, and residual.
-type Fields = (Array, Array, Array, Vec<bool>, Array);
+type BatchFields = (Array, Array, Array, Vec<bool>, Array);
 
 /// The fields of all solutions; NaN for problems that were not solved.
-fn fields(found: &[Found], field: Field, lead: &[usize], (n, k): (usize, usize)) -> Fields {
+fn fields(
+    found: &[FoundBatch],
+    field: Field,
+    lead: &[usize],
+    (n, k): (usize, usize),
+) -> BatchFields {
     let matrices = |part: fn(&BoundarySolution) -> &Mat<f64>| {
         let mut entries = vec![f64::NAN; found.len() * n * k];
         for (solution, out) in found.iter().zip(entries.chunks_mut(n * k)) {
@@ -147,7 +152,7 @@ fn fields(found: &[Found], field: Field, lead: &[usize], (n, k): (usize, usize))
         let shape = [lead, &[n, k]].concat();
         Array { shape, entries }
     };
-    let numbers = |number: &dyn Fn(&Found) -> f64| Array {
+    let numbers = |number: &dyn Fn(&FoundBatch) -> f64| Array {
         shape: lead.to_vec(),
         entries: found.iter().map(number).collect(),
     };
@@ -164,7 +169,7 @@ fn fields(found: &[Found], field: Field, lead: &[usize], (n, k): (usize, usize))
         acceleration,
         jerk,
         cost,
-        found.iter().map(Found::is_ok).collect(),
+        found.iter().map(FoundBatch::is_ok).collect(),
         residual,
     )
 }
@@ -180,7 +185,7 @@ fn solutions(
     quotient: Quotient,
     field: Field,
     options: &BoundaryOptions<'_>,
-) -> Result<std::result::Result<Vec<Found>, Failure>> {
+) -> Result<std::result::Result<Vec<FoundBatch>, Failure>> {
     let problem = |i: usize| batches.each_ref().map(|batch| batch.get(i));
     let problems: Vec<_> = (0..batches[0].len()).map(problem).collect();
     for (i, problem) in problems.iter().enumerate() {

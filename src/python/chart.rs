@@ -3,7 +3,7 @@
 use super::array_namespace::Namespace;
 use super::batch::{map_batch, read_batches};
 use super::prelude::*;
-use super::state::{Kind, check_finite, on_chart, state};
+use super::state::{ChartKind, check_finite, on_chart, state};
 use crate::chart::{Chart, covariant_from_state};
 
 /// Coordinate chart of arXiv 2404.19407: ``Chart.sphere()`` for St(3,1), ``Chart.frame()`` for St(3,2).
@@ -33,7 +33,7 @@ use crate::chart::{Chart, covariant_from_state};
 /// True
 #[pyclass(name = "Chart", module = "stiefel_rs", frozen, eq, hash)]
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct PyChart(pub(super) Kind);
+pub struct PyChart(pub(super) ChartKind);
 
 impl PyChart {
     /// Reads batches of vectors of the given length.
@@ -68,7 +68,7 @@ impl PyChart {
         objects: [Named<'_, '_>; N],
         length: usize,
         core: &[usize],
-        member: impl Fn(Kind, [&[f64]; N], &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
+        member: impl Fn(ChartKind, [&[f64]; N], &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
     ) -> PyResult<Numbers> {
         Numbers::from(self.map_array(objects, length, core, member)?).like(objects)
     }
@@ -79,7 +79,7 @@ impl PyChart {
         objects: [Named<'_, '_>; N],
         length: usize,
         core: &[usize],
-        member: impl Fn(Kind, [&[f64]; N], &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
+        member: impl Fn(ChartKind, [&[f64]; N], &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
     ) -> PyResult<Array> {
         let (py, kind) = (objects[0].0.py(), self.0);
         let batches = self.read(objects, length)?;
@@ -96,7 +96,7 @@ impl PyChart {
         &self,
         z: &Any,
         core: &[usize],
-        member: impl Fn(Kind, &[f64], &mut [f64]) -> Result<()> + Shared,
+        member: impl Fn(ChartKind, &[f64], &mut [f64]) -> Result<()> + Shared,
     ) -> PyResult<Numbers> {
         Numbers::from(self.map_state_array(z, core, member)?).like(named![z])
     }
@@ -105,7 +105,7 @@ impl PyChart {
         &self,
         z: &Any,
         core: &[usize],
-        member: impl Fn(Kind, &[f64], &mut [f64]) -> Result<()> + Shared,
+        member: impl Fn(ChartKind, &[f64], &mut [f64]) -> Result<()> + Shared,
     ) -> PyResult<Array> {
         self.map_array(named![z], self.0.width(), core, move |kind, [z], out, _| {
             on_chart!(kind, chart => chart.check("z", z))?;
@@ -119,7 +119,7 @@ impl PyChart {
     /// Return the chart of the sphere St(3,1): ``(theta, phi)``, metric ``diag(1, sin(theta)^2)``.
     #[staticmethod]
     fn sphere() -> Self {
-        PyChart(Kind::Sphere)
+        PyChart(ChartKind::Sphere)
     }
 
     /// Return the chart of the 2-frames St(3,2): ``(theta, phi, psi)``, with the canonical metric.
@@ -127,7 +127,7 @@ impl PyChart {
     /// The metric is ``dtheta^2 + dphi^2 + dpsi^2 + 2 cos(theta) dphi dpsi``.
     #[staticmethod]
     fn frame() -> Self {
-        PyChart(Kind::Frame)
+        PyChart(ChartKind::Frame)
     }
 
     /// Dimension of the chart, 2 or 3.

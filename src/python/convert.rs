@@ -47,19 +47,19 @@ pub fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
 }
 
 /// Types of NumPy numbers that the binding reads.
-pub trait Entry: Element + Copy {
+pub trait ArrayEntry: Element + Copy {
     /// Name of the dtype.
     const DTYPE: &str;
     /// Name in messages.
     const WORD: &str;
 }
 
-impl Entry for f64 {
+impl ArrayEntry for f64 {
     const DTYPE: &str = "float64";
     const WORD: &str = "real";
 }
 
-impl Entry for Complex64 {
+impl ArrayEntry for Complex64 {
     const DTYPE: &str = "complex128";
     const WORD: &str = "real or complex";
 }
@@ -73,7 +73,7 @@ pub fn real_array<'py>(object: &Any<'py>, name: &str) -> PyResult<Bound<'py, PyU
 }
 
 /// The same for any numbers.
-pub fn array_of<'py, T: Entry>(
+pub fn array_of<'py, T: ArrayEntry>(
     object: &Any<'py>,
     name: &str,
 ) -> PyResult<Bound<'py, PyUntypedArray>> {
@@ -140,13 +140,13 @@ fn count_masked(object: &Any) -> PyResult<(usize, usize)> {
 
 /// Whether an object is an array of such numbers that can be read as a slice: strides of a view need not be multiples
 /// of the entry size.
-pub fn is_plain<T: Entry>(object: &Any) -> bool {
+pub fn is_plain<T: ArrayEntry>(object: &Any) -> bool {
     let array = object.cast::<PyArrayDyn<T>>();
     array.is_ok_and(|array| array.is_c_contiguous() && array.data().is_aligned())
 }
 
 /// The same numbers as a slice: the array itself, or a copy.
-fn plain<'py, T: Entry>(array: Any<'py>) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+fn plain<'py, T: ArrayEntry>(array: Any<'py>) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
     let plain = if is_plain::<T>(&array) {
         array
     } else {
@@ -157,7 +157,7 @@ fn plain<'py, T: Entry>(array: Any<'py>) -> PyResult<PyReadonlyArrayDyn<'py, T>>
 }
 
 /// The entries in C order, read in pieces with checks for Ctrl-C between them.
-pub fn entries<T: Entry>(array: &Bound<'_, PyUntypedArray>) -> PyResult<Vec<T>> {
+pub fn entries<T: ArrayEntry>(array: &Bound<'_, PyUntypedArray>) -> PyResult<Vec<T>> {
     let (py, len) = (array.py(), array.len());
     let mut out: Vec<T> = Vec::new();
     if out.try_reserve_exact(len).is_err() {

@@ -216,7 +216,7 @@ impl Field {
         self,
         matrices: [Mat<f64>; 4],
         arguments: [Named<'_, '_>; N],
-    ) -> PyResult<Four> {
+    ) -> PyResult<FourNumbers> {
         let matrices = matrices.map(|matrix| self.vectors(Array::from(matrix))?.like(arguments));
         let [first, second, third, fourth] = collected(matrices)?;
         Ok((first, second, third, fourth))
@@ -263,7 +263,7 @@ impl From<Array> for Numbers {
 }
 
 /// Four arrays as a Python tuple.
-pub(crate) type Four = (Numbers, Numbers, Numbers, Numbers);
+pub(crate) type FourNumbers = (Numbers, Numbers, Numbers, Numbers);
 
 impl<'py> IntoPyObject<'py> for Numbers {
     type Target = PyAny;

@@ -2,7 +2,7 @@
 
 use super::chart::PyChart;
 use super::prelude::*;
-use super::state::{Kind, Steps, check_finite, map_of, on_chart, state, write_states};
+use super::state::{ChartKind, Steps, check_finite, map_of, on_chart, state, write_states};
 use crate::chart::{
     Chart, DiscretizationMap, NamedMap, ShootingOptions, integrate_composed, reference, shoot,
 };
@@ -31,8 +31,8 @@ impl PyChart {
             on_chart!(kind, chart => chart.check("x", x))?;
             check_finite("v", v)?;
             match kind {
-                Kind::Sphere => write_states::<4>(&map.map(&state(x), &state(v)), out),
-                Kind::Frame => write_states::<6>(&map.map(&state(x), &state(v)), out),
+                ChartKind::Sphere => write_states::<4>(&map.map(&state(x), &state(v)), out),
+                ChartKind::Frame => write_states::<6>(&map.map(&state(x), &state(v)), out),
             }
             Ok(())
         })
@@ -251,11 +251,11 @@ struct Shot {
 }
 
 /// States row by row, initial momenta, and report.
-type Found = (Vec<f64>, Vec<f64>, SolverReport);
+type FoundTrajectory = (Vec<f64>, Vec<f64>, SolverReport);
 
 impl Shot {
     /// Solves without the interpreter.
-    fn solve(self, py: Python<'_>, kind: Kind) -> PyResult<PyShootingResult> {
+    fn solve(self, py: Python<'_>, kind: ChartKind) -> PyResult<PyShootingResult> {
         let steps = self.steps.count;
         let work =
             move |interrupt: Interrupt<'_>| on_chart!(kind, chart => self.run(chart, interrupt));
@@ -278,7 +278,7 @@ impl Shot {
         &self,
         chart: &impl Chart<X, Z>,
         interrupt: Interrupt<'_>,
-    ) -> Result<Found>
+    ) -> Result<FoundTrajectory>
     where
         NamedMap: DiscretizationMap<X>,
     {

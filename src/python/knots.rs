@@ -68,7 +68,7 @@ fn check_exact(array: &Any) -> PyResult<()> {
 }
 
 /// End conditions as given, and their meaning.
-pub(super) struct Ends {
+pub(super) struct GivenEnds {
     /// A word, or a pair of words and pairs of an order and an array.
     pub(super) given: Py<PyAny>,
     pub(super) conditions: EndConditions,
@@ -102,7 +102,7 @@ impl BcType<'_> {
         py: Python<'_>,
         field: Field,
         shape: (usize, usize),
-    ) -> PyResult<Ends> {
+    ) -> PyResult<GivenEnds> {
         self.read_by(py, field, shape, |_, object| {
             of_shape(field, shape, field.matrix(object, "bc_type")?)
         })
@@ -114,7 +114,7 @@ impl BcType<'_> {
         py: Python<'_>,
         points: &Batch,
         manifold: &Points,
-    ) -> PyResult<Ends> {
+    ) -> PyResult<GivenEnds> {
         let (field, shape) = (points.field(), (points.rows, points.cols));
         let Some(last) = points.len().checked_sub(1) else {
             return self.read(py, field, shape);
@@ -153,12 +153,12 @@ impl BcType<'_> {
         field: Field,
         shape: (usize, usize),
         vector: impl Fn(usize, &Any) -> PyResult<Mat<f64>>,
-    ) -> PyResult<Ends> {
+    ) -> PyResult<GivenEnds> {
         match self {
             BcType::Word(word) => {
                 let conditions = conditions_of(word, shape)?;
                 let given = word.into_py_any(py)?;
-                Ok(Ends { given, conditions })
+                Ok(GivenEnds { given, conditions })
             }
             BcType::Pair(items) => {
                 let items = pair(items, "bc_type", "two end conditions")?;
@@ -168,7 +168,7 @@ impl BcType<'_> {
                 let [(first, first_given), (last, last_given)] = collected(ends)?;
                 let given = (first_given, last_given).into_py_any(py)?;
                 let conditions = EndConditions::Each(Box::new([first, last]));
-                Ok(Ends { given, conditions })
+                Ok(GivenEnds { given, conditions })
             }
         }
     }
@@ -267,7 +267,7 @@ const EACH: &str = "each";
 /// Words for the given vector, by the order of the derivative.
 const GIVEN: [&str; 2] = ["velocity", "acceleration"];
 
-/// Writes end conditions into a stored form, in the form that [`Ends`] reads.
+/// Writes end conditions into a stored form, in the form that [`GivenEnds`] reads.
 pub(super) fn store_ends(given: &Any, field: Field, form: &Bound<'_, PyDict>) -> PyResult<()> {
     if given.is_instance_of::<PyString>() {
         return form.set_item(BC_TYPE, given);

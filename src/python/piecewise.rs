@@ -17,14 +17,14 @@ use crate::stored::{Fields, Stored, refusal};
 pub(super) const KINDS: [&str; 2] = ["riemannian", "geometric"];
 
 /// Times and points of a spline.
-pub(super) struct Data {
+pub(super) struct SplineData {
     pub(super) t: Vec<f64>,
     pub(super) points: Batch,
 }
 
-impl Data {
+impl SplineData {
     pub(super) fn read(t: &Any, S: &Any, points: &Points, field: Field) -> PyResult<Self> {
-        Ok(Data {
+        Ok(SplineData {
             t: times(t)?,
             points: points.at_knots(field, S)?,
         })
@@ -186,7 +186,7 @@ pub(super) fn put(
 /// The parts of a spline.
 pub(super) struct Spline {
     pub(super) cubics: Cubics,
-    pub(super) data: Data,
+    pub(super) data: SplineData,
     pub(super) report: Option<SolverReport>,
 }
 
@@ -240,7 +240,7 @@ impl Spline {
         let quotient = cubics.curve().quotient();
         check_points(POINTS, &points.views(), &found, quotient, tolerance)?;
         let t = cubics.knots().to_vec();
-        let data = Data { t, points };
+        let data = SplineData { t, points };
         Ok(Spline {
             cubics,
             data,

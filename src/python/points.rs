@@ -15,10 +15,10 @@ pub(super) struct Points {
     pub(super) quotient: Quotient,
     projection: Projection,
     /// On the given manifold, if any.
-    given: Option<Given>,
+    given: Option<GivenManifold>,
 }
 
-struct Given {
+struct GivenManifold {
     field: Field,
     shape: (usize, usize),
     name: String,
@@ -37,7 +37,7 @@ impl Points {
             return Ok(Points {
                 quotient: Quotient::Subspaces,
                 projection,
-                given: Some(Given { field, shape, name }),
+                given: Some(GivenManifold { field, shape, name }),
             });
         }
         let Ok(manifold) = object.cast::<PyStiefel>() else {
@@ -54,7 +54,7 @@ impl Points {
         Ok(Points {
             quotient: Quotient::Frames,
             projection,
-            given: Some(Given { field, shape, name }),
+            given: Some(GivenManifold { field, shape, name }),
         })
     }
 

@@ -19,7 +19,7 @@ pub(super) use super::convert::{
 };
 pub(super) use super::curve::{PyCurve, object, wrap, wrap_checked};
 pub(super) use super::error::{PySolverReport, at_knot, at_member, ensure, invalid};
-pub(super) use super::field::{Field, Four, Numbers};
+pub(super) use super::field::{Field, FourNumbers, Numbers};
 pub(super) use crate::curve::any_curve::AnyCurve;
 pub(super) use crate::error::{Error, Result};
 pub(super) use crate::interrupt::Interrupt;

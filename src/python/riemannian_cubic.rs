@@ -283,7 +283,7 @@ impl PyRiemannianCubic {
 
     /// Point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``, shape (n, k) each.
     #[getter]
-    fn initial(&self, py: Python<'_>) -> PyResult<Four> {
+    fn initial(&self, py: Python<'_>) -> PyResult<FourNumbers> {
         let initial = self.run(py, 1.0, |curve, _| curve.initial())?;
         self.field.four(initial, [])
     }

@@ -3,8 +3,8 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use pyo3::sync::PyOnceLock;
 
-use super::knots::{BcType, Ends, times};
-use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Spline};
+use super::knots::{BcType, GivenEnds, times};
+use super::piecewise::{Cubics, PyPiecewiseCurve, Spline, SplineData};
 use super::prelude::*;
 use super::spline::PyCubicSpline;
 use crate::linalg::simd::ON_ONE_THREAD;
@@ -57,12 +57,12 @@ pub struct PyRotationCurve {
     #[pyo3(get)]
     t: Owned,
     /// Data that it was solved from; `None` if made from an existing curve.
-    given: Option<Given>,
+    given: Option<SolvedData>,
     curve: PyOnceLock<Py<PyAny>>,
 }
 
 /// Data and options of a solve.
-struct Given {
+struct SolvedData {
     quaternions: Owned,
     /// As given, and for matrices.
     bc_type: Py<PyAny>,
@@ -207,7 +207,7 @@ impl PyRotationCurve {
         for member in 0..members {
             let ends = ends(py, &bc_type, &rotations[member * knots..][..knots])?;
             let quaternions = entries[4 * knots * member..][..4 * knots].to_vec();
-            given.push(Given::new(py, quaternions, &bc_type, ends.given, how)?);
+            given.push(SolvedData::new(py, quaternions, &bc_type, ends.given, how)?);
             conditions.push(ends.conditions);
         }
         let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?.distributed(true);
@@ -337,10 +337,10 @@ impl PyRotationCurve {
         let t = times(t)?;
         let (shape, entries) = read_axes::<2>(quaternions, "quaternions", "(N, 4)")?;
         let rotations = keyframes(&shape, &entries)?;
-        let Ends { given, conditions } = ends(py, bc_type, &rotations)?;
+        let GivenEnds { given, conditions } = ends(py, bc_type, &rotations)?;
         let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?
             .distributed(rotations.len() > ON_ONE_THREAD);
-        let given = Given::new(py, entries, bc_type, given, how)?;
+        let given = SolvedData::new(py, entries, bc_type, given, how)?;
         let spline = call.run(move |interrupt| {
             let options = how.options(interrupt);
             RotationSpline::with_conditions(&t, &rotations, &conditions, &options)
@@ -351,7 +351,7 @@ impl PyRotationCurve {
     fn of(
         py: Python<'_>,
         spline: RotationSpline,
-        given: Option<Given>,
+        given: Option<SolvedData>,
         curve: PyOnceLock<Py<PyAny>>,
     ) -> PyResult<Self> {
         Ok(PyRotationCurve {
@@ -367,7 +367,7 @@ impl PyRotationCurve {
         let spline = &self.spline;
         let frames: Vec<_> = spline.keyframes().map(|q| frame(&q)).collect();
         let entries = Array::stacked(&[frames.len()], &frames, (3, 3)).entries;
-        let data = Data {
+        let data = SplineData {
             t: spline.knots().to_vec(),
             points: Batch::of([frames.len(), 3, 3], entries, Field::Real),
         };
@@ -401,7 +401,7 @@ impl PyRotationCurve {
     }
 }
 
-impl Given {
+impl SolvedData {
     fn new(
         py: Python<'_>,
         quaternions: Vec<f64>,
@@ -418,7 +418,7 @@ impl Given {
             shape,
             entries: quaternions,
         };
-        Ok(Given {
+        Ok(SolvedData {
             quaternions: array.frozen(py)?,
             bc_type,
             bc_type_of_frames,
@@ -472,7 +472,11 @@ fn keyframes(shape: &[usize], entries: &[f64]) -> PyResult<Vec<UnitQuaternion<f6
 }
 
 /// End conditions whose vectors are in the body frame.
-fn ends(py: Python<'_>, bc_type: &BcType<'_>, rotations: &[UnitQuaternion<f64>]) -> PyResult<Ends> {
+fn ends(
+    py: Python<'_>,
+    bc_type: &BcType<'_>,
+    rotations: &[UnitQuaternion<f64>],
+) -> PyResult<GivenEnds> {
     bc_type.read_by(py, Field::Real, (3, 3), |end, object| {
         let ([size], w) = read_axes(object, "bc_type", "(3,)")?;
         if size != 3 {

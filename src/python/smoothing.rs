@@ -1,6 +1,6 @@
 //! Smoothing splines of the binding.
 
-use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Spline, outside};
+use super::piecewise::{Cubics, PyPiecewiseCurve, Spline, SplineData, outside};
 use super::points::Points;
 use super::prelude::*;
 use super::state::check_finite;
@@ -120,7 +120,7 @@ impl PySmoothingSpline {
         let points = Points::read(manifold, project)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let field = points.field([S])?;
-        let data = Data::read(t, S, &points, field)?;
+        let data = SplineData::read(t, S, &points, field)?;
         let quotient = points.quotient;
         if weights.is_some() && w.is_some() {
             let message = "weights: pass either weights or w, not both";
@@ -154,7 +154,7 @@ impl PySmoothingSpline {
             let points = Batch::of([t.len(), n, k], points, field);
             let spline = Spline {
                 cubics: Cubics::Riemannian(Arc::new(curve)),
-                data: Data { t, points },
+                data: SplineData { t, points },
                 report: Some(fitted.report),
             };
             Ok((fitted, spline))

@@ -1,9 +1,9 @@
 //! Splines of the binding: curves through many points.
 
 use super::kept::Kept;
-use super::knots::{BcType, Ends, restore_ends, store_ends};
+use super::knots::{BcType, GivenEnds, restore_ends, store_ends};
 use super::piecewise::{
-    Cubics, Data, KINDS, PIECES, PyPiecewiseCurve, Spline, VELOCITIES, outside, put,
+    Cubics, KINDS, PIECES, PyPiecewiseCurve, Spline, SplineData, VELOCITIES, outside, put,
 };
 use super::points::Points;
 use super::prelude::*;
@@ -98,7 +98,7 @@ impl PyCubicHermite {
         let (py, points) = (t.py(), Points::read(manifold, project)?);
         let geometric = is_second("kind", kind, KINDS)?;
         let field = points.field([S, V])?;
-        let data = Data::read(t, S, &points, field)?;
+        let data = SplineData::read(t, S, &points, field)?;
         let quotient = points.quotient;
         let velocities = Velocities::read(V, &points, &data.points)?;
         let call = data.call(py, num_threads)?;
@@ -293,12 +293,12 @@ impl PyCubicSpline {
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let vectors = bc_type.vectors()?;
         let field = points.field(std::iter::once(S).chain(&vectors))?;
-        let mut data = Data::read(t, S, &points, field)?;
+        let mut data = SplineData::read(t, S, &points, field)?;
         if bc_type.is_periodic() {
             points.close(&mut data.points);
         }
         let quotient = points.quotient;
-        let Ends {
+        let GivenEnds {
             given: bc_type,
             conditions,
         } = bc_type.read_at(py, &data.points, &points)?;

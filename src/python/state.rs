@@ -8,17 +8,17 @@ use crate::linalg::structure;
 
 /// The kind of chart.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum ChartKind {
     Sphere,
     Frame,
 }
 
-impl Kind {
+impl ChartKind {
     /// Dimension of the manifold.
     pub fn dimension(self) -> usize {
         match self {
-            Kind::Sphere => 2,
-            Kind::Frame => 3,
+            ChartKind::Sphere => 2,
+            ChartKind::Frame => 3,
         }
     }
 
@@ -35,8 +35,8 @@ impl Kind {
     /// Name of the constructor.
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Sphere => "sphere",
-            Kind::Frame => "frame",
+            ChartKind::Sphere => "sphere",
+            ChartKind::Frame => "frame",
         }
     }
 }
@@ -58,15 +58,15 @@ pub fn write_states<const Z: usize>(states: &[SVector<f64, Z>], out: &mut [f64])
     }
 }
 
-/// Evaluate an expression, generic in the chart, for the chart of a [`Kind`]: `on_chart!(kind, chart => expression)`.
+/// Evaluate an expression, generic in the chart, for the chart of a [`ChartKind`]: `on_chart!(kind, chart => expression)`.
 macro_rules! on_chart {
     ($kind:expr, $chart:ident => $value:expr) => {
         match $kind {
-            Kind::Sphere => {
+            ChartKind::Sphere => {
                 let $chart = &crate::chart::Sphere;
                 $value
             }
-            Kind::Frame => {
+            ChartKind::Frame => {
                 let $chart = &crate::chart::Frame;
                 $value
             }

@@ -4,7 +4,7 @@ use super::chart::PyChart;
 use super::points::Points;
 use super::prelude::*;
 use super::projection::Projection;
-use super::state::{Kind, Steps, on_chart};
+use super::state::{ChartKind, Steps, on_chart};
 use crate::chart::rows::Rows;
 use crate::chart::{
     AtlasState, Chart, CovariantData, DiscretizationMap, NamedMap, integrate_across,
@@ -45,7 +45,7 @@ impl PyChartTrajectory {
 
 impl PyChartTrajectory {
     /// `shape` is the shape of the times.
-    fn of(py: Python<'_>, rows: Rows, kind: Kind, shape: &[usize]) -> PyResult<Self> {
+    fn of(py: Python<'_>, rows: Rows, kind: ChartKind, shape: &[usize]) -> PyResult<Self> {
         let (tangent, width) = ([3, kind.columns()], [kind.width()]);
         let own: [&[usize]; 4] = [&[], &[3], &width, &[3, 3]];
         let own = [&tangent[..]; 4].into_iter().chain(own);
@@ -71,12 +71,12 @@ impl PyChartTrajectory {
 }
 
 /// The requested flow across charts.
-enum Flow {
+enum FlowAcross {
     Steps(Steps),
     Times(Vec<f64>),
 }
 
-impl Flow {
+impl FlowAcross {
     fn run<C: Chart<X, Z>, const X: usize, const Z: usize>(
         &self,
         chart: &C,
@@ -88,8 +88,8 @@ impl Flow {
     {
         let start = AtlasState::from_covariant(chart, data)?;
         let states = match self {
-            Flow::Times(t) => reference_across(chart, &start, t, interrupt)?,
-            Flow::Steps(s) => {
+            FlowAcross::Times(t) => reference_across(chart, &start, t, interrupt)?,
+            FlowAcross::Steps(s) => {
                 let (map, composition) = (&s.map, &s.composition);
                 integrate_across(chart, map, composition, &start, s.count, s.t_end, interrupt)?
             }
@@ -113,7 +113,7 @@ impl PyChart {
     fn across(
         &self,
         objects: [Named<'_, '_>; 4],
-        flow: Flow,
+        flow: FlowAcross,
         shape: &[usize],
     ) -> PyResult<PyChartTrajectory> {
         let (py, kind, data) = (objects[0].0.py(), self.0, read_data(objects)?);
@@ -215,7 +215,7 @@ impl PyChart {
     ) -> PyResult<PyChartTrajectory> {
         let steps = Steps::read(map, order, steps, t_end)?;
         let shape = [steps.count.saturating_add(1)];
-        self.across(named![S, V, A, J], Flow::Steps(steps), &shape)
+        self.across(named![S, V, A, J], FlowAcross::Steps(steps), &shape)
     }
 
     /// Evaluate the exact flow as :meth:`reference` does, changing charts to avoid their poles.
@@ -246,6 +246,6 @@ impl PyChart {
         t: &Any,
     ) -> PyResult<PyChartTrajectory> {
         let Array { shape, entries } = read(t, "t")?;
-        self.across(named![S, V, A, J], Flow::Times(entries), &shape)
+        self.across(named![S, V, A, J], FlowAcross::Times(entries), &shape)
     }
 }

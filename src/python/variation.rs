@@ -76,7 +76,13 @@ impl PyRiemannianCubic {
     /// -----
     /// Derivatives are exact, not finite differences. Any Riemannian cubic solves the boundary value problem of its own
     /// ends; this is the derivative of that solution.
-    fn initial_variation(&self, dS0: &Any, dV0: &Any, dS1: &Any, dV1: &Any) -> PyResult<Four> {
+    fn initial_variation(
+        &self,
+        dS0: &Any,
+        dV0: &Any,
+        dS1: &Any,
+        dV1: &Any,
+    ) -> PyResult<FourNumbers> {
         let data = self.field.matrices(named![dS0, dV0, dS1, dV1])?;
         let kept = self.derivative.clone();
         let d = self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
@@ -144,7 +150,7 @@ impl PyRiemannianCubic {
     /// Notes
     /// -----
     /// Uses the first variation of the cost at a critical curve, so no equation has to be solved.
-    fn cost_gradient(&self, py: Python<'_>) -> PyResult<Four> {
+    fn cost_gradient(&self, py: Python<'_>) -> PyResult<FourNumbers> {
         let d = self.run(py, 1.0, |curve, _| curve.cost_gradient())?;
         self.field.four([d.s0, d.v0, d.s1, d.v1], [])
     }
@@ -177,7 +183,7 @@ impl PyRiemannianCubic {
     /// Notes
     /// -----
     /// Solves one linear system, whatever the number of parameters.
-    fn point_pullback(&self, t: &Any, W: &Any) -> PyResult<Four> {
+    fn point_pullback(&self, t: &Any, W: &Any) -> PyResult<FourNumbers> {
         let data = Cotangents::read(t, W, (self.curve.n(), self.curve.k()), self.field)?;
         let kept = self.derivative.clone();
         let d = self.run(t.py(), DERIVATIVES, move |curve, interrupt| {
@@ -257,7 +263,7 @@ impl PyRiemannianCubic {
     /// ------
     /// InvalidInputError
     ///     Wrong shape, non-finite entries.
-    fn initial_point_pullback(&self, t: &Any, W: &Any) -> PyResult<Four> {
+    fn initial_point_pullback(&self, t: &Any, W: &Any) -> PyResult<FourNumbers> {
         let data = Cotangents::read(t, W, (self.curve.n(), self.curve.k()), self.field)?;
         let times = data.times.len() as f64;
         let d = self.run(t.py(), 1.0 + times, move |curve, interrupt| {

@@ -1,6 +1,6 @@
 //! Velocities from points, in Python.
 
-use super::piecewise::Data;
+use super::piecewise::SplineData;
 use super::points::Points;
 use super::prelude::*;
 use crate::space::Quotient;
@@ -118,7 +118,7 @@ pub fn estimate_velocities(
     let estimate = read_method("method", method)?;
     let manifold = Points::read(manifold, project)?;
     let field = manifold.field([S])?;
-    let mut data = Data::read(t, S, &manifold, field)?;
+    let mut data = SplineData::read(t, S, &manifold, field)?;
     if closed {
         manifold.close(&mut data.points);
     }

@@ -3,7 +3,8 @@
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
 use super::series::{
-    Quaternion, Vector, conjugate, derivative, dot, normalised, product, quaternion_series, value,
+    QuaternionEntries, VectorEntries, conjugate, derivative, dot, normalised, product,
+    quaternion_series, value,
 };
 use crate::cubic::RiemannianCubic;
 use crate::curve::Curve;
@@ -16,8 +17,8 @@ pub(super) struct Pieces {
     segments: Vec<Segment>,
     /// Index of the first segment of each leg, and one past the last segment.
     legs: Vec<usize>,
-    rates: Vec<Vector>,
-    quaternions: Vec<Quaternion>,
+    rates: Vec<VectorEntries>,
+    quaternions: Vec<QuaternionEntries>,
 }
 
 /// One polynomial, in powers of `u = rate (s - center)`, where `s` is the time within the leg.
@@ -38,7 +39,7 @@ impl Pieces {
     pub(super) fn new(
         cubics: &[RiemannianCubic],
         series: Option<&[RotationSeries]>,
-        knots: &[Quaternion],
+        knots: &[QuaternionEntries],
     ) -> Self {
         let terms = series.map_or(0, |all| all.iter().map(|leg| leg.rates.len()).sum());
         let mut pieces = Pieces {
@@ -67,7 +68,7 @@ impl Pieces {
     }
 
     /// The curve of one piece, starting near a given quaternion.
-    pub(super) fn of_cubic(cubic: &RiemannianCubic, start: Quaternion) -> Self {
+    pub(super) fn of_cubic(cubic: &RiemannianCubic, start: QuaternionEntries) -> Self {
         let mut pieces = Pieces {
             segments: Vec::new(),
             legs: vec![0],
@@ -81,7 +82,11 @@ impl Pieces {
 
     /// Appends a leg from its series about its middle; returns the quaternion at its end.
     #[inline(always)]
-    fn push_series(&mut self, series: &RotationSeries, start: Quaternion) -> Quaternion {
+    fn push_series(
+        &mut self,
+        series: &RotationSeries,
+        start: QuaternionEntries,
+    ) -> QuaternionEntries {
         let RotationSeries { rates, quaternions } = series;
         let center = product(start, conjugate(normalised(value(quaternions, -0.5))));
         let end = product(center, value(quaternions, 0.5));
@@ -91,12 +96,16 @@ impl Pieces {
     }
 
     /// Appends a leg from the polynomials of its curve on `St(3, 3)`; returns the quaternion at its end.
-    fn push_cubic(&mut self, cubic: &RiemannianCubic, start: Quaternion) -> Quaternion {
+    fn push_cubic(
+        &mut self,
+        cubic: &RiemannianCubic,
+        start: QuaternionEntries,
+    ) -> QuaternionEntries {
         let mut here = start;
         let frame = cubic.frame();
         for polynomial in cubic.polynomials() {
             // `omega`, column by column.
-            let rates: Vec<Vector> = polynomial
+            let rates: Vec<VectorEntries> = polynomial
                 .vectors
                 .chunks_exact(9)
                 .map(|omega| [omega[5], omega[6], omega[1]])
@@ -123,8 +132,8 @@ impl Pieces {
         &mut self,
         rate: f64,
         [center, upper]: [f64; 2],
-        rates: &[Vector],
-        quaternions: impl Iterator<Item = Quaternion>,
+        rates: &[VectorEntries],
+        quaternions: impl Iterator<Item = QuaternionEntries>,
     ) {
         self.segments.push(Segment {
             upper,
@@ -154,7 +163,7 @@ impl Pieces {
 
     /// The unit quaternion at time `s` of a leg.
     #[inline(always)]
-    pub(super) fn quaternion(&self, leg: usize, s: f64) -> Quaternion {
+    pub(super) fn quaternion(&self, leg: usize, s: f64) -> QuaternionEntries {
         let (segment, u) = self.at(leg, s);
         let coefficients = &self.quaternions[segment.first..][..segment.terms];
         normalised(value(coefficients, u))
@@ -162,7 +171,7 @@ impl Pieces {
 
     /// The body rate or a derivative of order up to 2, at time `s` of a leg of the given length.
     #[inline(always)]
-    pub(super) fn rate(&self, leg: usize, s: f64, length: f64, order: usize) -> Vector {
+    pub(super) fn rate(&self, leg: usize, s: f64, length: f64, order: usize) -> VectorEntries {
         let (segment, u) = self.at(leg, s);
         let coefficients = &self.rates[segment.first..][..segment.terms];
         let vector = match order {
@@ -177,7 +186,7 @@ impl Pieces {
 }
 
 /// The unit quaternion of a rotation matrix.
-pub(super) fn of_matrix(entry: impl Fn(usize, usize) -> f64) -> Quaternion {
+pub(super) fn of_matrix(entry: impl Fn(usize, usize) -> f64) -> QuaternionEntries {
     let matrix = Rotation3::from_matrix_unchecked(Matrix3::from_fn(entry));
     normalised(UnitQuaternion::from_rotation_matrix(&matrix).coords.into())
 }

@@ -9,7 +9,7 @@ use nalgebra::{Quaternion as Coordinates, UnitQuaternion, Vector3};
 use super::ends::{RotationEnds, frame, tangent};
 use super::pieces::{Pieces, of_matrix};
 use super::reference_frame::ReferenceFrame;
-use super::series::{Quaternion, Vector, dot};
+use super::series::{QuaternionEntries, VectorEntries, dot};
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::sampling::check_parameter;
 use crate::curve::{Curve, Quantity};
@@ -66,7 +66,7 @@ pub struct RotationSpline {
     /// The curves of the legs, if a solver produced them.
     legs: Option<Arc<dyn Curves>>,
     /// Quaternions at the knots; their signs are arbitrary except for the first one.
-    rotations: Vec<Quaternion>,
+    rotations: Vec<QuaternionEntries>,
     report: Option<SolverReport>,
     pieces: OnceLock<Pieces>,
 }
@@ -205,7 +205,8 @@ impl RotationSpline {
             });
         }
         let rotation = |knot: usize| of_matrix(|i, j| at(knot)[(i, j)]);
-        let mut rotations: Vec<Quaternion> = (0..curve.knots().len()).map(rotation).collect();
+        let mut rotations: Vec<QuaternionEntries> =
+            (0..curve.knots().len()).map(rotation).collect();
         if let Some(start) = start
             && dot(start.coords.into(), rotations[0]) < 0.0
         {
@@ -217,7 +218,7 @@ impl RotationSpline {
     fn of_legs(
         curve: Arc<Piecewise<RiemannianCubic>>,
         legs: Option<Arc<dyn Curves>>,
-        rotations: Vec<Quaternion>,
+        rotations: Vec<QuaternionEntries>,
         report: Option<SolverReport>,
     ) -> Self {
         RotationSpline {
@@ -317,8 +318,8 @@ impl RotationSpline {
     pub fn quaternions_into(&self, t: &[f64], out: &mut [[f64; 4]]) -> Result<()> {
         let pieces = self.pieces();
         self.values_into(t, out, |leg, s| match leg {
-            Place::Leg(leg) => pieces.quaternion(leg, s),
-            Place::Beyond(beyond) => beyond.pieces.quaternion(0, s),
+            SamplePlace::Leg(leg) => pieces.quaternion(leg, s),
+            SamplePlace::Beyond(beyond) => beyond.pieces.quaternion(0, s),
         })
     }
 
@@ -339,10 +340,10 @@ impl RotationSpline {
         }
         let (pieces, knots) = (self.pieces(), self.knots());
         let length = |leg: usize| knots[leg + 1] - knots[leg];
-        let rate = |place: Place<'_>, s: f64| -> Vector {
+        let rate = |place: SamplePlace<'_>, s: f64| -> VectorEntries {
             match place {
-                Place::Leg(leg) => pieces.rate(leg, s, length(leg), order),
-                Place::Beyond(beyond) => beyond.pieces.rate(0, s, length(beyond.leg), order),
+                SamplePlace::Leg(leg) => pieces.rate(leg, s, length(leg), order),
+                SamplePlace::Beyond(beyond) => beyond.pieces.rate(0, s, length(beyond.leg), order),
             }
         };
         self.values_into(t, out, rate)?;
@@ -358,7 +359,7 @@ impl RotationSpline {
         &self,
         t: &[f64],
         out: &mut [[f64; N]],
-        value: impl Fn(Place<'_>, f64) -> [f64; N] + Sync,
+        value: impl Fn(SamplePlace<'_>, f64) -> [f64; N] + Sync,
     ) -> Result<()> {
         if t.len() != out.len() {
             return Err(Error::Shape {
@@ -390,7 +391,9 @@ impl RotationSpline {
                     t if *t > last => &beyond[1],
                     _ => &None,
                 };
-                let place = side.as_ref().map_or(Place::Leg(leg), Place::Beyond);
+                let place = side
+                    .as_ref()
+                    .map_or(SamplePlace::Leg(leg), SamplePlace::Beyond);
                 *out = value(place, s);
             }
         };
@@ -450,7 +453,7 @@ impl RotationSpline {
 }
 
 /// The leg or extension in which a time lies.
-enum Place<'a> {
+enum SamplePlace<'a> {
     Leg(usize),
     Beyond(&'a Beyond),
 }
@@ -462,6 +465,6 @@ struct Beyond {
 }
 
 /// The rotation of a unit quaternion, scalar last.
-fn unit([x, y, z, w]: Quaternion) -> UnitQuaternion<f64> {
+fn unit([x, y, z, w]: QuaternionEntries) -> UnitQuaternion<f64> {
     UnitQuaternion::new_unchecked(Coordinates::new(w, x, y, z))
 }

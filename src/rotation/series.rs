@@ -1,14 +1,17 @@
 //! The Taylor series of a unit quaternion that turns with a body rate, and values of polynomials.
 
 /// A vector in space.
-pub(super) type Vector = [f64; 3];
+pub(super) type VectorEntries = [f64; 3];
 
 /// A quaternion, scalar last.
-pub(super) type Quaternion = [f64; 4];
+pub(super) type QuaternionEntries = [f64; 4];
 
 /// Taylor coefficients of the quaternion, as many as of the rate, from its value at the center: `q' = q (w, 0) / 2`.
 #[inline(always)]
-pub(super) fn quaternion_series(w: &[Vector], center: Quaternion) -> Vec<Quaternion> {
+pub(super) fn quaternion_series(
+    w: &[VectorEntries],
+    center: QuaternionEntries,
+) -> Vec<QuaternionEntries> {
     let mut q = Vec::with_capacity(w.len());
     // Products with a rate are combinations of the products with the three unit vectors, computed four numbers at a
     // time.
@@ -32,7 +35,7 @@ pub(super) fn quaternion_series(w: &[Vector], center: Quaternion) -> Vec<Quatern
 
 /// `q` times the unit vectors.
 #[inline(always)]
-fn by_units([x, y, z, s]: Quaternion) -> [Quaternion; 3] {
+fn by_units([x, y, z, s]: QuaternionEntries) -> [QuaternionEntries; 3] {
     [[s, z, -y, -x], [-z, s, x, -y], [y, -x, s, -z]]
 }
 
@@ -63,7 +66,7 @@ pub(super) fn value<const N: usize>(coefficients: &[[f64; N]], u: f64) -> [f64; 
 
 /// The derivative of a polynomial, of order 0, 1 or 2.
 #[inline(always)]
-pub(super) fn derivative(coefficients: &[Vector], u: f64, order: usize) -> Vector {
+pub(super) fn derivative(coefficients: &[VectorEntries], u: f64, order: usize) -> VectorEntries {
     let mut sum = [0.0; 3];
     for (k, c) in coefficients.iter().enumerate().skip(order).rev() {
         let factor = (k + 1 - order..=k).map(|i| i as f64).product::<f64>();
@@ -76,7 +79,7 @@ pub(super) fn derivative(coefficients: &[Vector], u: f64, order: usize) -> Vecto
 
 /// `a b`: rotation by `b` first, then by `a`.
 #[inline(always)]
-pub(super) fn product(a: Quaternion, b: Quaternion) -> Quaternion {
+pub(super) fn product(a: QuaternionEntries, b: QuaternionEntries) -> QuaternionEntries {
     let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
     [
         aw * bx + ax * bw + ay * bz - az * by,
@@ -87,17 +90,17 @@ pub(super) fn product(a: Quaternion, b: Quaternion) -> Quaternion {
 }
 
 /// The inverse of a unit quaternion.
-pub(super) fn conjugate([x, y, z, w]: Quaternion) -> Quaternion {
+pub(super) fn conjugate([x, y, z, w]: QuaternionEntries) -> QuaternionEntries {
     [-x, -y, -z, w]
 }
 
-pub(super) fn dot(a: Quaternion, b: Quaternion) -> f64 {
+pub(super) fn dot(a: QuaternionEntries, b: QuaternionEntries) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The quaternion scaled to unit length.
 #[inline(always)]
-pub(super) fn normalised(q: Quaternion) -> Quaternion {
+pub(super) fn normalised(q: QuaternionEntries) -> QuaternionEntries {
     let factor = 1.0 / dot(q, q).sqrt();
     q.map(|x| factor * x)
 }

@@ -2,11 +2,11 @@
 
 use std::f64::consts::SQRT_2;
 
-use super::taylor::leg::{Leg, Scratch};
+use super::taylor::leg::{LegScratch, SeriesLeg};
 use super::taylor::leg_equations::{residual_into, set_equations};
 use super::taylor::orders::{FINEST, MOST, Orders};
 use super::taylor::room::Room;
-use super::taylor::variation::Variation;
+use super::taylor::variation::MiddleVariation;
 use crate::linalg::field::{Field, factor, substitute};
 use crate::linalg::lanes::Lanes;
 use crate::solve::broyden::Updates;
@@ -69,8 +69,8 @@ fn solver<T: Field>(space: impl Homogeneous + 'static) -> Box<Solve> {
 struct LoneLegs<T: Field, S> {
     space: S,
     room: Vec<T>,
-    scratch: Scratch<T>,
-    variation: Variation<T>,
+    scratch: LegScratch<T>,
+    variation: MiddleVariation<T>,
     matrix: Vec<T>,
     right: Vec<T>,
     updates: Updates<T>,
@@ -81,9 +81,9 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
         let wide = 3 * space.dim();
         LoneLegs {
             space,
-            room: vec![T::ZERO; Leg::<T>::len(space)],
-            scratch: Scratch::new(space, MOST),
-            variation: Variation::new(space, 1, TERMS),
+            room: vec![T::ZERO; SeriesLeg::<T>::len(space)],
+            scratch: LegScratch::new(space, MOST),
+            variation: MiddleVariation::new(space, 1, TERMS),
             matrix: vec![T::ZERO; wide * wide],
             right: vec![T::ZERO; wide],
             updates: Updates::new(MOST_UPDATES),
@@ -121,7 +121,7 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
             updates,
         } = self;
         let (space, mut orders) = (*space, Orders::first());
-        let mut leg = Leg::new(space, &mut Room::new(room));
+        let mut leg = SeriesLeg::new(space, &mut Room::new(room));
         set_data(&mut leg, problems);
         let mut residuals = vec![0.0; T::COUNT];
         let mut is_lost = vec![false; T::COUNT];
@@ -199,7 +199,7 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
 
 /// Assigns one problem to each lane, and the last one to unused lanes.
 #[inline(always)]
-fn set_data<T: Field>(leg: &mut Leg<'_, T>, problems: &[EndData]) {
+fn set_data<T: Field>(leg: &mut SeriesLeg<'_, T>, problems: &[EndData]) {
     for lane in 0..T::COUNT {
         let EndData {
             target,
@@ -222,7 +222,7 @@ fn set_data<T: Field>(leg: &mut Leg<'_, T>, problems: &[EndData]) {
 
 /// Makes a lane rest, so that it does not require more terms.
 #[inline(always)]
-fn stop<T: Field>(leg: &mut Leg<'_, T>, lane: usize) {
+fn stop<T: Field>(leg: &mut SeriesLeg<'_, T>, lane: usize) {
     for x in leg.middle.iter_mut().flat_map(|x| x.iter_mut()) {
         x.set_lane(lane, 0.0);
     }

@@ -1,11 +1,11 @@
 //! Solves a chain through given knots ([`solve`]), or descends to the knots of least cost ([`least_cost`]): first with short
 //! series, then with as many terms as the curves need.
 
-use super::chains::chain::{Chain, Group};
-use super::chains::solved::Solved;
+use super::chains::chain::{LegGroup, SeriesChain};
+use super::chains::solved::SolvedSeries;
 use super::descents::chain_knots::ChainKnots;
 use super::descents::free_chain::FreeChain;
-use super::descents::layout::Layout;
+use super::descents::layout::ChainLayout;
 use super::descents::start_response::StartResponse;
 use super::taylor::orders::{MOST, Orders};
 use crate::error::Result;
@@ -32,8 +32,8 @@ where
 {
     let mut progress = Progress::new(options.tolerance);
     let groups = knots.lengths.len().div_ceil(T::COUNT);
-    let mut room = vec![T::ZERO; groups * Group::<T>::len(space)];
-    let mut chain = Chain::<T, S>::new(space, knots, velocities, &mut room, MOST);
+    let mut room = vec![T::ZERO; groups * LegGroup::<T>::len(space)];
+    let mut chain = SeriesChain::<T, S>::new(space, knots, velocities, &mut room, MOST);
     let order = options.third_derivative.map(|_| {
         let speed = knots.speed(space, velocities);
         Orders::last().of_leg(larger(speed, knots.largest_rate()), 0)
@@ -45,7 +45,7 @@ where
     }
     chain.write(velocities, derivatives);
     chain.step_blindly();
-    let curves = Solved::new(space, knots.lengths.len(), &chain.groups);
+    let curves = SolvedSeries::new(space, knots.lengths.len(), &chain.groups);
     Ok((progress.report(reason), Some(Box::new(curves))))
 }
 
@@ -66,8 +66,8 @@ pub(crate) struct LeastCost {
 }
 
 /// Options of a descent.
-pub(crate) struct Descent<'a> {
-    pub(crate) layout: Layout,
+pub(crate) struct DescentProblem<'a> {
+    pub(crate) layout: ChainLayout,
     /// Tension of the curves.
     pub(crate) tension: f64,
     /// The descent may stop if it would end at a higher cost.
@@ -85,7 +85,7 @@ pub(crate) struct Descent<'a> {
 pub(crate) fn least_cost<T, S>(
     space: S,
     knots: ChainKnots,
-    descent: Descent<'_>,
+    descent: DescentProblem<'_>,
     options: &Options<'_>,
 ) -> Result<LeastCost>
 where

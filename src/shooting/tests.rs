@@ -4,7 +4,7 @@
 use faer::{Mat, MatRef, Scale};
 
 use crate::cubic::BoundaryOptions;
-use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::taylor::state::State;
@@ -19,9 +19,9 @@ use crate::space::{FixedFrames, Frames, Homogeneous};
 use crate::{RiemannianCubic, Stiefel};
 
 /// Pseudorandom numbers between -1 and 1.
-struct Numbers(u64);
+struct TestNumbers(u64);
 
-impl Numbers {
+impl TestNumbers {
     fn next(&mut self) -> f64 {
         self.0 = self
             .0
@@ -47,7 +47,7 @@ struct Walk {
 }
 
 impl Walk {
-    fn new(space: impl Homogeneous, legs: usize, far: f64, numbers: &mut Numbers) -> Self {
+    fn new(space: impl Homogeneous, legs: usize, far: f64, numbers: &mut TestNumbers) -> Self {
         let r = space.size();
         let mut walk = Walk {
             lengths: Vec::new(),
@@ -109,10 +109,10 @@ fn options<'a>(third_derivative: Option<&'a ThirdDerivative<'a>>) -> Options<'a>
     }
 }
 
-type Found = (SolverReport, Option<Box<dyn Curves>>);
+type FoundValues = (SolverReport, Option<Box<dyn Curves>>);
 
 /// Starts at rest except for given velocities at the ends, so that the first step leads to the solution of flat space.
-fn solved<T, S>(space: S, knots: &Knots<'_>) -> Found
+fn solved<T, S>(space: S, knots: &Knots<'_>) -> FoundValues
 where
     T: Field + Send + Sync + 'static,
     S: Homogeneous + 'static,
@@ -180,7 +180,7 @@ where
 {
     let [r, d] = [space.size(), space.dim()];
     let k = (1..r).find(|k| Frames { r, k: *k }.dim() == d).unwrap();
-    let mut walk = Walk::new(space, 9, far, &mut Numbers(seed));
+    let mut walk = Walk::new(space, 9, far, &mut TestNumbers(seed));
     walk.tension = tension;
     let legs = walk.lengths.len();
     if let Ends::Periodic = ends {
@@ -258,7 +258,7 @@ fn integrated(
         entries.extend(columns(&x.as_ref().submatrix(0, 0, k, k).to_owned()));
         entries.extend(columns(&x.as_ref().submatrix(k, 0, r - k, k).to_owned()));
     }
-    let state = State::of_entries(Sized::frames(r - k, k), 0.0, entries);
+    let state = State::of_entries(Sizes::frames(r - k, k), 0.0, entries);
     let mut taylor = PiecewiseTaylor::at(state.in_tension(tension), Accuracy::FULL);
     taylor.extend_to(1.0, Interrupt::NEVER).unwrap();
     taylor
@@ -274,9 +274,9 @@ fn each_space(compare: impl Fn(usize)) {
     (0..7).for_each(compare);
 }
 
-fn check_splines(far: f64, ends: impl Fn(usize, &mut Numbers) -> Ends) {
+fn check_splines(far: f64, ends: impl Fn(usize, &mut TestNumbers) -> Ends) {
     each_space(|which| {
-        let mut numbers = Numbers(which as u64 + 17);
+        let mut numbers = TestNumbers(which as u64 + 17);
         let mut ends = |d: usize| ends(d, &mut numbers);
         match which {
             0 => check_spline::<Lanes, _>(FixedFrames::<2, 1>, far, &ends(1), 1),
@@ -319,7 +319,7 @@ fn closed_splines_are_cubics_that_join() {
 fn boundary_values_are_those_of_shooting() {
     for (r, k) in [(3, 1), (3, 2), (4, 2), (6, 3)] {
         let space = Frames { r, k };
-        let mut numbers = Numbers(41);
+        let mut numbers = TestNumbers(41);
         for problem in 0..10 {
             let mut walk = Walk::new(space, 1, 1.0, &mut numbers);
             walk.lengths = vec![1.0];
@@ -356,7 +356,7 @@ fn boundary_values_are_those_of_shooting() {
 #[test]
 fn polynomials_stay_on_the_manifold() {
     let space = FixedFrames::<3, 2>;
-    let walk = Walk::new(space, 20, 1.2, &mut Numbers(5));
+    let walk = Walk::new(space, 20, 1.2, &mut TestNumbers(5));
     let ends = Ends::Open([(); 2].map(|()| End::Acceleration(vec![0.0; 3])));
     let manifold = Stiefel::new(3, 2).unwrap();
     let (outcome, curves) = solved::<Lanes, _>(space, &walk.knots(&ends));
@@ -374,7 +374,7 @@ fn polynomials_stay_on_the_manifold() {
 #[test]
 fn a_start_at_a_solution_is_kept() {
     let space = FixedFrames::<3, 2>;
-    let walk = Walk::new(space, 9, 1.2, &mut Numbers(8));
+    let walk = Walk::new(space, 9, 1.2, &mut TestNumbers(8));
     let ends = Ends::Open([(); 2].map(|()| End::Acceleration(vec![0.0; 3])));
     let knots = walk.knots(&ends);
     let (first, curves, [velocities, derivatives]) = motion::<Lanes, _>(space, &knots);

@@ -66,7 +66,7 @@ mod tests {
     fn steps_converge_quadratically() {
         let mut x = vec![0.0; 3];
         let mut sizes = Vec::new();
-        for _ in 0..4 {
+        for _ in 0..5 {
             let here = f(&x);
             sizes.push(norm(&here));
             let step = newton_step(&here, norm(&x), 1e-10, |share, direction| {

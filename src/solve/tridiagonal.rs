@@ -76,7 +76,7 @@ impl<const C: usize> Row<C> {
 
 /// Whether the last knot is the first one again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Shape {
+pub(crate) enum ChainShape {
     Open,
     Closed,
 }
@@ -84,7 +84,7 @@ pub(crate) enum Shape {
 /// A factored system.
 #[derive(Debug, Clone)]
 pub(crate) struct Tridiagonal<const C: usize> {
-    shape: Shape,
+    shape: ChainShape,
     rows: usize,
     /// The knots in the order of elimination.
     order: Vec<usize>,
@@ -96,11 +96,11 @@ pub(crate) struct Tridiagonal<const C: usize> {
 impl<const C: usize> Tridiagonal<C> {
     /// Built from one row per knot with unknowns; for a closed chain, these are as many as legs. `None` if a pivot is
     /// singular.
-    pub(crate) fn new(rows: &[Row<C>], shape: Shape) -> Option<Self> {
+    pub(crate) fn new(rows: &[Row<C>], shape: ChainShape) -> Option<Self> {
         let count = rows.len();
         let order: Vec<usize> = match shape {
-            Shape::Open => (0..count).collect(),
-            Shape::Closed => {
+            ChainShape::Open => (0..count).collect(),
+            ChainShape::Closed => {
                 let first = count * UNROLLED.div_ceil(count) - UNROLLED;
                 (first..first + count + 2 * UNROLLED)
                     .map(|i| i % count)
@@ -158,8 +158,8 @@ impl<const C: usize> Tridiagonal<C> {
             subtract_product::<C>(&self.steps[i].1, &carried, &mut at[size * i..]);
         }
         let first = match self.shape {
-            Shape::Open => 0,
-            Shape::Closed => UNROLLED,
+            ChainShape::Open => 0,
+            ChainShape::Closed => UNROLLED,
         };
         for (&knot, value) in self.order[first..]
             .iter()

@@ -29,18 +29,18 @@ pub(crate) struct ComplexSpace {
 
 /// A diagonal block of the embedded unitary matrices.
 #[derive(Clone, Copy)]
-struct Block {
+struct ComplexBlock {
     /// Its first row.
     first: usize,
     size: usize,
 }
 
-impl Block {
+impl ComplexBlock {
     /// Visits runs of entries of a skew-Hermitian matrix, starting at coordinate `p`: the real parts left of the
     /// diagonal, and the imaginary parts left of and on it.
     #[inline(always)]
     fn each_run(self, mut p: usize, mut visit: impl FnMut(usize, usize, usize, usize)) {
-        let Block { first, size } = self;
+        let ComplexBlock { first, size } = self;
         // A single call site of `visit`: kernels are inlined into it.
         for row in 1..2 * size {
             let count = if row < size { row } else { row - size + 1 };
@@ -58,14 +58,14 @@ impl ComplexSpace {
     }
 
     #[inline(always)]
-    fn blocks(self) -> [Block; 2] {
+    fn blocks(self) -> [ComplexBlock; 2] {
         let [columns, rows] = self.sizes();
-        let block = |first, size| Block { first, size };
+        let block = |first, size| ComplexBlock { first, size };
         [block(0, columns), block(self.k, rows)]
     }
 
     #[inline(always)]
-    fn block_of(self, row: usize) -> Block {
+    fn block_of(self, row: usize) -> ComplexBlock {
         self.blocks()[usize::from(row >= self.k)]
     }
 
@@ -219,7 +219,7 @@ impl Homogeneous for ComplexSpace {
 
     #[inline(always)]
     fn scale(self, row: usize, column: usize) -> f64 {
-        let Block { size, .. } = self.block_of(row);
+        let ComplexBlock { size, .. } = self.block_of(row);
         match row == column + size || column == row + size {
             // Both in one block: in different blocks, rows that far apart hold `b`.
             true if (row < self.k) == (column < self.k) => FRAC_1_SQRT_2,
@@ -229,7 +229,7 @@ impl Homogeneous for ComplexSpace {
 
     #[inline(always)]
     fn partner(self, row: usize) -> Option<(usize, f64)> {
-        let Block { first, size } = self.block_of(row);
+        let ComplexBlock { first, size } = self.block_of(row);
         Some(match row < first + size {
             true => (row + size, 1.0),
             false => (row - size, -1.0),

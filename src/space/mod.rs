@@ -15,7 +15,7 @@ pub(crate) use grassmann::Subspaces;
 pub(crate) use homogeneous::{Homogeneous, orthonormalise};
 pub use quotient::Quotient;
 pub(crate) use row_order::RowOrder;
-pub(crate) use row_sums::{Brackets, Products, SLACK, axis, skew, write_row};
+pub(crate) use row_sums::{Brackets, RowProducts, SLACK, axis, skew, write_row};
 pub use scalar_field::ScalarField;
 pub(crate) use shape::{Kind, Shape, in_space};
 pub(crate) use stiefel::{FixedFrames, Frames};

@@ -86,7 +86,7 @@ where
 
 /// A row of `sum a b` over pairs of matrices of size `r`, restricted to some entries of the row of `a`. `multiply`
 /// handles pairs in which one matrix holds derivatives in several directions and the other real numbers.
-pub(crate) struct Products<I, F> {
+pub(crate) struct RowProducts<I, F> {
     pub(crate) r: usize,
     pub(crate) inner: Range<usize>,
     pub(crate) row: usize,
@@ -94,7 +94,7 @@ pub(crate) struct Products<I, F> {
     pub(crate) multiply: F,
 }
 
-impl<'a, A, B, X, I, F> RowSums<X> for Products<I, F>
+impl<'a, A, B, X, I, F> RowSums<X> for RowProducts<I, F>
 where
     A: Copy + 'a,
     B: Copy + 'a,
@@ -196,7 +196,7 @@ mod tests {
                 );
                 let pairs = (0..COUNT).map(|i| (&x[i * square..], &y[i * square..]));
                 write_row(
-                    &Products {
+                    &RowProducts {
                         r,
                         inner: 0..r,
                         row,
@@ -208,7 +208,7 @@ mod tests {
                 );
                 let pairs = (0..COUNT).map(|i| (&lanes_x[i * square..], &y[i * square..]));
                 write_row(
-                    &Products {
+                    &RowProducts {
                         r,
                         inner: 0..r,
                         row,

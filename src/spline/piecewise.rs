@@ -8,7 +8,7 @@ use crate::curve::sampling::{check_parameter, rounded_to_end};
 use crate::curve::{Curve, DerivativeBounds, Quantity, Samples};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::jet::Jet;
+use crate::linalg::jet::MatrixJet;
 use crate::linalg::lanes::LANES;
 use crate::linalg::product::{mul_into, scale};
 use crate::space::Quotient;
@@ -145,8 +145,8 @@ impl<C: Curve> Piecewise<C> {
         which: usize,
         t: &[f64],
         order: usize,
-        work: &mut Workspace<C::Workspace>,
-        out: &mut [Jet],
+        work: &mut PiecewiseWorkspace<C::Workspace>,
+        out: &mut [MatrixJet],
     ) -> Result<()> {
         let (piece, k) = (&self.pieces[which], self.k());
         let rows = piece.frame().map_or(self.n(), |frame| frame.ncols());
@@ -156,7 +156,7 @@ impl<C: Curve> Piecewise<C> {
         };
         for (t, out) in t.chunks(LANES).zip(out.chunks_mut(LANES)) {
             if jets.len() < t.len() {
-                jets.resize_with(t.len(), || Jet::zeros(rows, k));
+                jets.resize_with(t.len(), || MatrixJet::zeros(rows, k));
             }
             let mut local = [0.0; LANES];
             for (local, t) in local.iter_mut().zip(t) {
@@ -232,25 +232,25 @@ fn slow_down(values: &mut [f64], length: f64, order: usize) -> Result<()> {
 /// ```
 /// use faer::mat;
 /// use stiefel_rs::curve::{Curve, de_casteljau};
-/// use stiefel_rs::linalg::jet::Jet;
-/// use stiefel_rs::spline::{geometric_hermite, piecewise::Workspace};
+/// use stiefel_rs::linalg::jet::MatrixJet;
+/// use stiefel_rs::spline::{geometric_hermite, piecewise::PiecewiseWorkspace};
 /// // On the circle, from rest to rest: the angle is 3 t^2 - 2 t^3.
 /// let points = [0.0_f64, 1.0].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let rest = mat![[0.0], [0.0]];
 /// let views = points.each_ref().map(|point| point.as_ref());
 /// let curve = geometric_hermite(&[0.0, 1.0], &views, &[rest.as_ref(); 2])?;
-/// let mut work: Workspace<de_casteljau::Workspace> = curve.workspace();
-/// let mut jet = Jet::zeros(2, 1);
+/// let mut work: PiecewiseWorkspace<de_casteljau::DeCasteljauWorkspace> = curve.workspace();
+/// let mut jet = MatrixJet::zeros(2, 1);
 /// curve.coordinates_into(0.5, 1, &mut work, &mut jet)?;
 /// assert!((jet.c[1].norm_l2() - 1.5).abs() < 1e-14);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
-pub struct Workspace<W> {
-    last: Option<(usize, W, Vec<Jet>)>,
+pub struct PiecewiseWorkspace<W> {
+    last: Option<(usize, W, Vec<MatrixJet>)>,
 }
 
 impl<C: Curve> Curve for Piecewise<C> {
-    type Workspace = Workspace<C::Workspace>;
+    type Workspace = PiecewiseWorkspace<C::Workspace>;
 
     fn n(&self) -> usize {
         self.pieces[0].n()
@@ -281,7 +281,7 @@ impl<C: Curve> Curve for Piecewise<C> {
     }
 
     fn workspace(&self) -> Self::Workspace {
-        Workspace { last: None }
+        PiecewiseWorkspace { last: None }
     }
 
     fn coordinates_into(
@@ -289,7 +289,7 @@ impl<C: Curve> Curve for Piecewise<C> {
         t: f64,
         order: usize,
         work: &mut Self::Workspace,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         self.jets_into(&[t], order, work, std::slice::from_mut(out))
     }
@@ -299,7 +299,7 @@ impl<C: Curve> Curve for Piecewise<C> {
         t: &[f64],
         order: usize,
         work: &mut Self::Workspace,
-        out: &mut [Jet],
+        out: &mut [MatrixJet],
     ) -> Result<()> {
         debug_assert_eq!(t.len(), out.len());
         let (mut t, mut out) = (t, out);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use faer::traits::ComplexField;
 use faer::{Mat, MatRef, Scale};
 
-use super::chains::chain::Space;
+use super::chains::chain::SpannedSpace;
 use super::ends::{End, EndCondition, EndConditions, Ends};
 use crate::curve::span::Span;
 use crate::error::Result;
@@ -169,10 +169,10 @@ impl ReducedKnots {
     }
 
     /// The space of the points.
-    pub(super) fn space(&self) -> Space {
+    pub(super) fn space(&self) -> SpannedSpace {
         let (n, k) = self.shape();
         let basis = self.span.basis().map(|basis| Arc::new(basis.to_owned()));
-        Space {
+        SpannedSpace {
             n: basis.as_ref().map_or(n, |basis| basis.nrows()),
             k,
             basis,

@@ -6,10 +6,10 @@ use faer::MatRef;
 
 use super::bases::joined;
 use super::chains::ambient::Ambient;
-use super::chains::chain::{Chain, Space, pieces};
+use super::chains::chain::{Chain, SpannedSpace, pieces};
 use super::chains::framed::{Framed, coordinates, frames};
 use super::chains::iteration::SOLVER;
-use super::chains::solution::{Solution, piece};
+use super::chains::solution::{ChainSolution, piece};
 use super::chains::solve;
 use super::ends::{EndConditions, check_ends};
 use super::knots;
@@ -72,7 +72,7 @@ pub(crate) fn cubic_spline_of_legs(
     check_ends(options.quotient, points, ends)?;
     options.field.check(points.iter().copied())?;
     options.field.check(ends.vectors())?;
-    let problem = Problem::new(t, points, ends, options)?;
+    let problem = SplineProblem::new(t, points, ends, options)?;
     let solved = problem.solve(options);
     let (pieces, solution) =
         solved.map_err(|error| advised_knots(error, options.quotient, points))?;
@@ -104,16 +104,16 @@ pub(super) fn check_complex(field: ScalarField, pieces: &[RiemannianCubic]) -> R
 }
 
 /// Knots and ends in the coordinates of their span.
-struct Problem<'e> {
+struct SplineProblem<'e> {
     knots: ReducedKnots,
     ends: &'e EndConditions,
     /// Tension in the time of the mean leg.
     tension: f64,
 }
 
-type Solved = (Vec<RiemannianCubic>, Solution);
+type SolvedPieces = (Vec<RiemannianCubic>, ChainSolution);
 
-impl<'e> Problem<'e> {
+impl<'e> SplineProblem<'e> {
     fn new(
         t: &[f64],
         points: &[MatRef<'_, f64>],
@@ -125,7 +125,7 @@ impl<'e> Problem<'e> {
         let tension = options.tension * knots.unit * knots.unit;
         let longest = knots.lengths.iter().fold(0.0_f64, |most, h| most.max(*h));
         check_leg_tension(tension * longest * longest, knots.is_small())?;
-        Ok(Problem {
+        Ok(SplineProblem {
             knots,
             ends,
             tension,
@@ -136,7 +136,7 @@ impl<'e> Problem<'e> {
     ///
     /// # Errors
     /// As [`cubic_spline`].
-    fn solve(&self, options: &SplineOptions<'_>) -> Result<Solved> {
+    fn solve(&self, options: &SplineOptions<'_>) -> Result<SolvedPieces> {
         let solved = match self.knots.is_small() {
             true => self.solve_in_frames(options),
             false => self.solve_in_ambient(options),
@@ -148,7 +148,7 @@ impl<'e> Problem<'e> {
         }
     }
 
-    fn solve_in_frames(&self, options: &SplineOptions<'_>) -> Result<Solved> {
+    fn solve_in_frames(&self, options: &SplineOptions<'_>) -> Result<SolvedPieces> {
         let (kind, (_, columns)) = (options.kind(), self.knots.shape());
         let frames = frames(kind, &self.knots.points)?;
         let ends = self.knots.ends(self.ends, |knot, v| {
@@ -159,14 +159,14 @@ impl<'e> Problem<'e> {
         let (chain, space) = (chain.in_tension(self.tension), self.knots.space());
         let solution = if chain.blocks().dim() == 0 {
             // A space of dimension zero.
-            Solution::none(SolverReport::new(StopReason::Converged, 0, 0.0, 0.0))
+            ChainSolution::none(SolverReport::new(StopReason::Converged, 0, 0.0, 0.0))
         } else {
             solve::in_frames(&chain, &ends, options)?
         };
         finished(&chain, solution, &space, options.interrupt)
     }
 
-    fn solve_in_ambient(&self, options: &SplineOptions<'_>) -> Result<Solved> {
+    fn solve_in_ambient(&self, options: &SplineOptions<'_>) -> Result<SolvedPieces> {
         let ends = self.knots.ends(self.ends, |_, v| entries(v));
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
         let chain = Ambient::new(options.kind(), points, lengths, options.interrupt)?;
@@ -180,10 +180,10 @@ impl<'e> Problem<'e> {
 /// The pieces of a solution; none if it has not converged.
 fn finished(
     chain: &impl Chain,
-    solution: Solution,
-    space: &Space,
+    solution: ChainSolution,
+    space: &SpannedSpace,
     interrupt: Interrupt<'_>,
-) -> Result<Solved> {
+) -> Result<SolvedPieces> {
     if !solution.report.converged {
         return Ok((Vec::new(), solution));
     }

@@ -1,7 +1,7 @@
 //! Parts of curves, and extrapolation outside their interval.
 
 use faer::{MatMut, MatRef, Scale};
-use stiefel_rs::linalg::jet::Jet;
+use stiefel_rs::linalg::jet::MatrixJet;
 use stiefel_rs::{Curve, Interrupt, Quantity, Result, RiemannianCubic};
 
 use crate::common::{EPS, Rng, SIZES, assert_close, assert_within};
@@ -168,7 +168,7 @@ impl Curve for Plain {
         t: f64,
         order: usize,
         work: &mut Self::Workspace,
-        out: &mut Jet,
+        out: &mut MatrixJet,
     ) -> Result<()> {
         self.0.coordinates_into(t, order, work, out)
     }
@@ -176,7 +176,7 @@ impl Curve for Plain {
         &self,
         t: &[f64],
         work: &mut Self::Workspace,
-        scratch: &mut Option<Jet>,
+        scratch: &mut Option<MatrixJet>,
         out: MatMut<'_, f64>,
     ) -> Result<()> {
         self.0.positions_into(t, work, scratch, out)

@@ -10,7 +10,7 @@
 
 use super::boundary_leg::{BoundaryLeg, columns};
 use crate::collocation::embedded::chain::TAIL;
-use crate::collocation::expansion::{EXACT, Expansion, add_cubic};
+use crate::collocation::expansion::{EXACT, NodeExpansion, add_cubic};
 use crate::legs::{Dense, Polynomials};
 use crate::linalg::field::{Field, accumulate};
 use crate::linalg::lanes::{LANES, Lanes};
@@ -25,7 +25,7 @@ pub(crate) fn boundary_curve<S: Homogeneous>(leg: &BoundaryLeg<'_, S>) -> Option
     if nodes.len() > EXACT {
         return None;
     }
-    let expansion = Expansion::of(nodes);
+    let expansion = NodeExpansion::of(nodes);
     let start = leg.start();
     let mut x = expansion.third_integrals(&node_by_node(&leg.f, d), d);
     // The quadratic part about the middle.
@@ -51,7 +51,7 @@ pub(crate) fn boundary_curve<S: Homogeneous>(leg: &BoundaryLeg<'_, S>) -> Option
 }
 
 /// Coefficients of the points, each in row-major order.
-fn points<S: Homogeneous>(leg: &BoundaryLeg<'_, S>, expansion: &Expansion) -> Option<Vec<f64>> {
+fn points<S: Homogeneous>(leg: &BoundaryLeg<'_, S>, expansion: &NodeExpansion) -> Option<Vec<f64>> {
     let (space, d) = (leg.space, leg.space.dim());
     let (r, k) = (space.size(), columns(space));
     let size = r * k;

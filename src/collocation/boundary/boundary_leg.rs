@@ -42,11 +42,11 @@ pub(crate) struct BoundaryLeg<'d, S> {
     pub(crate) frames: LaneFrames,
     /// The required velocity in the frame reached.
     pub(crate) wanted: Vec<f64>,
-    pub(crate) residual: Residual,
+    pub(crate) residual: BoundaryResidual,
 }
 
 /// Residuals of the equations.
-pub(crate) struct Residual {
+pub(crate) struct BoundaryResidual {
     /// `x'''` minus the right-hand side at the nodes.
     pub(crate) f: Vec<Lanes>,
     /// Displacement of the end from the given one, in the frame reached, and excess of its velocity.
@@ -59,7 +59,7 @@ pub(crate) struct Residual {
     frames: f64,
 }
 
-impl Residual {
+impl BoundaryResidual {
     /// Whether the end is as near as wanted, and the equations are satisfied along the curve.
     pub(crate) fn is_within(&self, (distance, inside): (f64, f64)) -> bool {
         self.distance <= distance && larger(largest(&self.f), self.frames) <= inside
@@ -89,7 +89,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
             along: (0..groups).map(|_| Along::new(space)).collect(),
             frames: LaneFrames::new(space, nodes),
             wanted: zeros(d),
-            residual: Residual {
+            residual: BoundaryResidual {
                 f: lanes(),
                 point: zeros(d),
                 velocity: zeros(d),
@@ -183,7 +183,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         }
         relative.fill(0.0);
         add_product_of_numbers(transposed, u, r, relative);
-        let Residual {
+        let BoundaryResidual {
             point, velocity, ..
         } = &mut self.residual;
         space.each_entry(

@@ -71,7 +71,7 @@ pub(crate) struct BoundaryLimits<'a> {
 
 /// The curve at which Newton's method starts, for given `x'` and `x''` at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Start {
+pub(crate) enum BoundaryStart {
     /// The cubic of flat space, whose end is near the given one.
     Flat,
     /// The curve that satisfies the equations.
@@ -79,13 +79,13 @@ pub(crate) enum Start {
 }
 
 /// The solution, if one is found, and the number of Newton steps.
-pub(crate) struct Outcome {
-    pub(crate) found: Option<Found>,
+pub(crate) struct BoundaryOutcome {
+    pub(crate) found: Option<SolvedLeg>,
     pub(crate) steps: usize,
 }
 
 /// A solution: `x'` and `x''` at its start, and its polynomials if these are accurate.
-pub(crate) struct Found {
+pub(crate) struct SolvedLeg {
     pub(crate) derivatives: [Vec<f64>; 2],
     pub(crate) curve: Option<Dense>,
 }
@@ -98,18 +98,18 @@ pub(crate) struct Found {
 pub(crate) fn solve_between_ends(
     shape: Shape,
     data: &BoundaryData,
-    start: ([Vec<f64>; 2], Start),
+    start: ([Vec<f64>; 2], BoundaryStart),
     limits: BoundaryLimits<'_>,
-) -> Result<Outcome> {
+) -> Result<BoundaryOutcome> {
     in_space!(shape, |space| {
         let Some(mut newton) = Newton::new(space, data, start, limits) else {
-            return Ok(Outcome {
+            return Ok(BoundaryOutcome {
                 found: None,
                 steps: 0,
             });
         };
         let found = newton.solve()?;
-        Ok(Outcome {
+        Ok(BoundaryOutcome {
             found,
             steps: newton.steps,
         })
@@ -128,7 +128,7 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
     fn new(
         space: S,
         data: &'a BoundaryData,
-        (derivatives, start): ([Vec<f64>; 2], Start),
+        (derivatives, start): ([Vec<f64>; 2], BoundaryStart),
         limits: BoundaryLimits<'a>,
     ) -> Option<Self> {
         let few = LaneNodes::at_least(1)?;
@@ -143,7 +143,7 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
         if first.count() > few.count() {
             leg = leg.on_nodes(&first);
         }
-        if start == Start::Curve {
+        if start == BoundaryStart::Curve {
             leg.follow(ROUGH);
         }
         leg.evaluate(FRAMES * ROUGH);
@@ -159,7 +159,7 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
     ///
     /// # Errors
     /// `Interrupted`.
-    fn solve(&mut self) -> Result<Option<Found>> {
+    fn solve(&mut self) -> Result<Option<SolvedLeg>> {
         if !self.run(ROUGH, |_| ROUGH)? {
             return Ok(None);
         }
@@ -179,7 +179,7 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
                 let (derivatives, curve) =
                     (self.leg.derivatives.clone(), boundary_curve(&self.leg));
                 let is_last = curve.is_some() || self.leg.nodes.count() >= EXACT;
-                found = Some(Found { derivatives, curve });
+                found = Some(SolvedLeg { derivatives, curve });
                 if is_last {
                     break;
                 }

@@ -8,7 +8,7 @@
 use faer::{Mat, MatMut, MatRef};
 
 use super::clamped::{Clamped, LEVELS};
-use super::clamped_leg::{ClampedLeg, Scratch};
+use super::clamped_leg::{ClampedLeg, ClampedScratch};
 use super::solved_chain::{SolvedChain, complete, lift};
 use crate::collocation::lane_nodes::nodes;
 use crate::error::Result;
@@ -62,7 +62,7 @@ const MOST_SWEEPS: usize = 30;
 
 /// Points of shape `(n, k)` with times and end conditions, whose vectors are matrices, one column after another. The last
 /// point of a closed chain is the first one.
-pub(crate) struct Chain<'a> {
+pub(crate) struct EmbeddedChain<'a> {
     pub(crate) kind: Kind,
     pub(crate) points: &'a [Mat<f64>],
     pub(crate) knots: &'a Knots<'a>,
@@ -79,7 +79,7 @@ pub(crate) struct Near<'a> {
 /// The curve of a leg: its fourth derivatives at given times between 0 and 1, one matrix after another, and its end.
 pub(crate) type NearLeg<'a> = dyn Fn(usize, &[f64]) -> Result<(Vec<f64>, Mat<f64>)> + 'a;
 
-impl Chain<'_> {
+impl EmbeddedChain<'_> {
     /// Solves the equations, from the spline of flat space or from a motion near a solution.
     ///
     /// # Errors
@@ -89,7 +89,7 @@ impl Chain<'_> {
         near: Option<&Near<'_>>,
         options: &Options<'_>,
     ) -> Result<(SolverReport, SolvedChain)> {
-        let mut iteration = Iteration::new(self)?;
+        let mut iteration = MixedIteration::new(self)?;
         let mut progress = Progress::new(options.tolerance);
         let may_begin = match near {
             Some(near) => iteration.start_near(near, options)?,
@@ -121,15 +121,15 @@ impl Chain<'_> {
 
 /// A leg, and the change of its last sweep.
 #[derive(Clone)]
-struct Link {
+struct ChainLink {
     leg: ClampedLeg,
     change: f64,
 }
 
 /// The state of the iteration.
-struct Iteration<'c> {
-    chain: &'c Chain<'c>,
-    links: Vec<Link>,
+struct MixedIteration<'c> {
+    chain: &'c EmbeddedChain<'c>,
+    links: Vec<ChainLink>,
     /// Point and velocity at each knot, shape `(n, 2k)`.
     pairs: Vec<Mat<f64>>,
     velocities: Vec<f64>,
@@ -139,16 +139,16 @@ struct Iteration<'c> {
     size: f64,
     /// Whether the fourth derivatives are mixed with the velocities.
     mixes_legs: bool,
-    scratch: Scratch,
+    scratch: ClampedScratch,
 }
 
-impl<'c> Iteration<'c> {
+impl<'c> MixedIteration<'c> {
     /// At rest, except for given velocities.
-    fn new(chain: &'c Chain<'c>) -> Result<Self> {
-        let ((n, k), Chain { kind, knots, .. }) = (chain.shape(), chain);
+    fn new(chain: &'c EmbeddedChain<'c>) -> Result<Self> {
+        let ((n, k), EmbeddedChain { kind, knots, .. }) = (chain.shape(), chain);
         let r = if chain.is_direct() { n } else { LEVELS * k };
         let few = Clamped::few();
-        let link = |h: &f64| Link {
+        let link = |h: &f64| ChainLink {
             leg: ClampedLeg::new([r, k], *kind, knots.tension * h * h, &few),
             change: f64::INFINITY,
         };
@@ -157,18 +157,18 @@ impl<'c> Iteration<'c> {
             pair.as_mut().subcols_mut(0, k).copy_from(point);
             pair
         };
-        let mut iteration = Iteration {
+        let mut iteration = MixedIteration {
             links: knots.lengths.iter().map(link).collect(),
             pairs: chain.points.iter().map(pair).collect(),
             velocities: at_rest(chain),
             jumps: vec![0.0; knots.count() * n * k],
             size: f64::INFINITY,
             mixes_legs: false,
-            scratch: Scratch::default(),
+            scratch: ClampedScratch::default(),
             chain,
         };
         if chain.kind.quotient == Quotient::Subspaces {
-            for (Link { leg, .. }, points) in
+            for (ChainLink { leg, .. }, points) in
                 iteration.links.iter_mut().zip(chain.points.windows(2))
             {
                 leg.set_turn(alignment(points[0].as_ref(), points[1].as_ref())?.as_ref());
@@ -195,7 +195,7 @@ impl<'c> Iteration<'c> {
         if !self.refine(|leg| nodes(COARSE, leg.largest_speed(), MOST + 1)) {
             return Ok(false);
         }
-        for (i, Link { leg, .. }) in self.links.iter_mut().enumerate() {
+        for (i, ChainLink { leg, .. }) in self.links.iter_mut().enumerate() {
             let is_direct = self.chain.is_direct();
             if !is_direct && self.chain.kind.quotient == Quotient::Frames {
                 continue;
@@ -250,7 +250,7 @@ impl<'c> Iteration<'c> {
 
     /// Takes legs to more nodes; `false` if there are not so many.
     fn refine(&mut self, count: impl Fn(&ClampedLeg) -> usize + Sync) -> bool {
-        for Link { leg, .. } in &mut self.links {
+        for ChainLink { leg, .. } in &mut self.links {
             match Clamped::at_least(count(leg)) {
                 Some(finer) if finer.count() > leg.nodes.count() => *leg = leg.on_nodes(&finer),
                 Some(_) => {}
@@ -366,7 +366,7 @@ impl<'c> Iteration<'c> {
         }
         let (pairs, lengths) = (&self.pairs, chain.knots.lengths);
         if chain.is_direct() {
-            for (i, Link { leg, .. }) in self.links.iter_mut().enumerate() {
+            for (i, ChainLink { leg, .. }) in self.links.iter_mut().enumerate() {
                 let data = [(i, 0), (i, k), (i + 1, 0), (i + 1, k)].map(|(knot, first)| {
                     let factor = if first == 0 { 1.0 } else { lengths[i] };
                     let columns = pairs[knot].as_ref().subcols(first, leg.equation.stored());
@@ -377,7 +377,7 @@ impl<'c> Iteration<'c> {
             }
             return;
         }
-        each::<Four, _, _>(&mut self.links, &mut (), |(), i, Link { leg, .. }| {
+        each::<Four, _, _>(&mut self.links, &mut (), |(), i, ChainLink { leg, .. }| {
             leg.set_gram([&pairs[i], &pairs[i + 1]], lengths[i]);
         });
     }
@@ -473,7 +473,7 @@ impl<'c> Iteration<'c> {
 }
 
 /// Velocities that vanish except where they are given.
-fn at_rest(chain: &Chain<'_>) -> Vec<f64> {
+fn at_rest(chain: &EmbeddedChain<'_>) -> Vec<f64> {
     let (n, k) = chain.shape();
     let mut velocities = vec![0.0; n * k * chain.points.len()];
     if let Ends::Open([first, last]) = chain.knots.ends {
@@ -487,12 +487,12 @@ fn at_rest(chain: &Chain<'_>) -> Vec<f64> {
     velocities
 }
 
-fn matrix<'v>(chain: &Chain<'_>, v: &'v [f64]) -> MatRef<'v, f64> {
+fn matrix<'v>(chain: &EmbeddedChain<'_>, v: &'v [f64]) -> MatRef<'v, f64> {
     let (n, k) = chain.shape();
     MatRef::from_column_major_slice(v, n, k)
 }
 
-fn matrix_mut<'v>(chain: &Chain<'_>, v: &'v mut [f64]) -> MatMut<'v, f64> {
+fn matrix_mut<'v>(chain: &EmbeddedChain<'_>, v: &'v mut [f64]) -> MatMut<'v, f64> {
     let (n, k) = chain.shape();
     MatMut::from_column_major_slice_mut(v, n, k)
 }

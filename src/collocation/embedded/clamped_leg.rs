@@ -5,7 +5,7 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::clamped::{Clamped, LEVELS};
-use super::embedded_equation::{Buffers, Embedded};
+use super::embedded_equation::{Embedded, EquationBuffers};
 use crate::collocation::lane_matrices::polar_factor;
 use crate::linalg::field::{add, larger, largest};
 use crate::linalg::lanes::{LANES, Lanes};
@@ -34,12 +34,12 @@ pub(crate) struct ClampedLeg {
 
 /// Buffers of a sweep, for legs of any size.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Scratch {
+pub(crate) struct ClampedScratch {
     /// `S, S', S'', S'''` at the nodes.
     s: [Vec<Lanes>; LEVELS],
     /// The fourth derivative by the equation.
     image: Vec<Lanes>,
-    buffers: Buffers,
+    buffers: EquationBuffers,
 }
 
 impl ClampedLeg {
@@ -100,8 +100,8 @@ impl ClampedLeg {
 
     /// Replaces the fourth derivative by that of the equation, and for subspaces the basis at the end by the one which a
     /// horizontal curve reaches. Returns the change, as second derivatives at the ends feel it.
-    pub(crate) fn sweep(&mut self, scratch: &mut Scratch) -> f64 {
-        let Scratch { s, image, buffers } = scratch;
+    pub(crate) fn sweep(&mut self, scratch: &mut ClampedScratch) -> f64 {
+        let ClampedScratch { s, image, buffers } = scratch;
         let equation = &self.equation;
         let (k, size) = (equation.k, equation.size());
         for all in s.iter_mut().chain([&mut *image]) {
@@ -193,7 +193,7 @@ impl ClampedLeg {
     /// How far the curve is from the manifold: the largest entry of `S^T S - 1` at the nodes, and for subspaces of `S^T V`.
     ///
     /// A solution of the equation for `S''''` between points of the manifold need not stay there.
-    pub(crate) fn defect(&self, scratch: &mut Scratch) -> f64 {
+    pub(crate) fn defect(&self, scratch: &mut ClampedScratch) -> f64 {
         let k = self.equation.k;
         scratch.buffers.resize(&self.equation);
         let [points, velocities, ..] = self.derivatives();

@@ -13,7 +13,7 @@
 //!
 //! Of embedded complex matrices the first half of the columns is stored and computed; the others are `i` times these.
 
-use super::embedded_products::{Products, Small, times_symmetric};
+use super::embedded_products::{NodeProducts, Small, times_symmetric};
 use crate::linalg::complex_embedding::times_i;
 use crate::linalg::dual::Number;
 use crate::linalg::field::accumulate;
@@ -35,7 +35,7 @@ pub(crate) struct Embedded {
 
 /// Buffers.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Buffers {
+pub(crate) struct EquationBuffers {
     small: Vec<Lanes>,
     tall: Vec<Lanes>,
 }
@@ -45,7 +45,7 @@ const SMALL: usize = 22;
 const MOVED: usize = 3;
 const TURNED: usize = 4;
 
-impl Buffers {
+impl EquationBuffers {
     /// Makes room for the matrices of an equation.
     pub(crate) fn resize(&mut self, equation: &Embedded) {
         let (small, tall) = (equation.k * equation.k, equation.size());
@@ -89,7 +89,7 @@ impl Embedded {
     pub(crate) fn fourth_derivative_into(
         &self,
         s: [&[Lanes]; 4],
-        buffers: &mut Buffers,
+        buffers: &mut EquationBuffers,
         out: &mut [Lanes],
     ) {
         vectorised(
@@ -99,9 +99,9 @@ impl Embedded {
     }
 
     #[inline(always)]
-    fn combine(&self, s: [&[Lanes]; 4], buffers: &mut Buffers, out: &mut [Lanes]) {
+    fn combine(&self, s: [&[Lanes]; 4], buffers: &mut EquationBuffers, out: &mut [Lanes]) {
         let (r, k, stored, size) = (self.r, self.k, self.stored(), self.size());
-        let Buffers { small, tall } = buffers;
+        let EquationBuffers { small, tall } = buffers;
         small.fill(Lanes::ZERO);
         let (by_gram, by_i) = tall.split_at_mut(MOVED * size);
         // `S', S'', S'''` times the Gram matrix.
@@ -124,7 +124,7 @@ impl Embedded {
         let mut rest = small.chunks_exact_mut(k * k);
         let mut next = || rest.next().unwrap_or_default();
         let m = Small { k, stored };
-        let gram = Products {
+        let gram = NodeProducts {
             s,
             turned,
             moved,
@@ -162,10 +162,10 @@ impl Embedded {
     pub(crate) fn product<'b>(
         &self,
         [s, v]: [&[Lanes]; 2],
-        buffers: &'b mut Buffers,
+        buffers: &'b mut EquationBuffers,
     ) -> &'b [Lanes] {
         let (r, k, stored, size) = (self.r, self.k, self.stored(), self.size());
-        let Buffers { small, tall } = buffers;
+        let EquationBuffers { small, tall } = buffers;
         let product = &mut small[..k * k];
         let (by_gram, rest) = tall.split_at_mut(size);
         let by_i = &mut rest[..size];
@@ -210,7 +210,7 @@ impl Embedded {
 fn factors_of_subspaces<'b>(
     m: Small,
     tension: f64,
-    gram: Products<'_>,
+    gram: NodeProducts<'_>,
     next: &mut impl FnMut() -> &'b mut [Lanes],
     factors: &mut [&mut [Lanes]; 4],
 ) {
@@ -238,7 +238,7 @@ fn factors_of_subspaces<'b>(
 fn factors_of_squares<'b>(
     m: Small,
     tension: f64,
-    gram: Products<'_>,
+    gram: NodeProducts<'_>,
     next: &mut impl FnMut() -> &'b mut [Lanes],
     factors: &mut [&mut [Lanes]; 4],
 ) {
@@ -269,7 +269,7 @@ fn factors_of_squares<'b>(
 fn factors_of_frames<'b>(
     m: Small,
     tension: f64,
-    gram: Products<'_>,
+    gram: NodeProducts<'_>,
     next: &mut impl FnMut() -> &'b mut [Lanes],
     factors: &mut [&mut [Lanes]; 4],
 ) {
@@ -453,7 +453,7 @@ mod tests {
                 let s = [0, 1, 2, 3].map(|level| lanes(&(&inverse * &all[level])));
                 let s = s.each_ref().map(|s| &s[..equation.size()]);
                 let mut found = vec![Lanes::ZERO; equation.size()];
-                let mut buffers = Buffers::default();
+                let mut buffers = EquationBuffers::default();
                 buffers.resize(&equation);
                 equation.fourth_derivative_into(s, &mut buffers, &mut found);
                 let found: Vec<f64> = found.iter().map(|x| x.0[5]).collect();

@@ -5,7 +5,7 @@ use crate::linalg::lanes::Lanes;
 
 /// Products of `S, S', S'', S'''`: the matrices, the same times `i` if they are complex, and times the Gram matrix.
 #[derive(Clone, Copy)]
-pub(crate) struct Products<'s> {
+pub(crate) struct NodeProducts<'s> {
     pub(crate) s: [&'s [Lanes]; 4],
     pub(crate) turned: [&'s [Lanes]; 4],
     pub(crate) moved: [&'s [Lanes]; 4],
@@ -13,7 +13,7 @@ pub(crate) struct Products<'s> {
     pub(crate) m: Small,
 }
 
-impl Products<'_> {
+impl NodeProducts<'_> {
     /// The product of the derivatives of the given orders, the first one transposed.
     #[inline(always)]
     pub(crate) fn write(self, [i, j]: [usize; 2], out: &mut [Lanes]) {

@@ -7,7 +7,7 @@ use faer::{Mat, MatRef};
 use super::clamped::LEVELS;
 use super::clamped_leg::ClampedLeg;
 use super::embedded_equation::Embedded;
-use crate::collocation::expansion::{Expansion, add_cubic};
+use crate::collocation::expansion::{NodeExpansion, add_cubic};
 use crate::curve::nodes::Nodes;
 use crate::legs::{Dense, Polynomials};
 use crate::linalg::field::accumulate;
@@ -46,9 +46,9 @@ pub(crate) fn polynomials(
 ) -> Dense {
     let nodes = &leg.nodes.nodes.nodes;
     let (r, k, count) = (space.size(), leg.equation.k, nodes.len());
-    let expansion = Expansion::of(nodes);
+    let expansion = NodeExpansion::of(nodes);
     let square = r * r;
-    let curve = Curve::new(leg, to_frame);
+    let curve = LegCurve::new(leg, to_frame);
     let rest = rest_of_frames(&curve, nodes, r);
 
     let mut x = Vec::with_capacity(count * space.dim());
@@ -88,14 +88,14 @@ pub(crate) fn polynomials(
 }
 
 /// A leg in the coordinates of its first frame.
-struct Curve<'l> {
+struct LegCurve<'l> {
     leg: &'l ClampedLeg,
     to_frame: MatRef<'l, f64>,
     /// `S` and `S'` at the nodes.
     at_nodes: [Vec<Mat<f64>>; 2],
 }
 
-impl<'l> Curve<'l> {
+impl<'l> LegCurve<'l> {
     fn new(leg: &'l ClampedLeg, to_frame: MatRef<'l, f64>) -> Self {
         let (size, groups) = (leg.equation.size(), leg.nodes.groups());
         let all = leg.derivatives();
@@ -106,7 +106,7 @@ impl<'l> Curve<'l> {
         };
         let at_nodes =
             [0, 1].map(|level| (0..groups * LANES).map(|node| at(level, node)).collect());
-        Curve {
+        LegCurve {
             leg,
             to_frame,
             at_nodes,
@@ -131,7 +131,7 @@ impl<'l> Curve<'l> {
     }
 
     /// Coefficients of the points, each in row-major order.
-    fn points(&self, expansion: &Expansion) -> Vec<f64> {
+    fn points(&self, expansion: &NodeExpansion) -> Vec<f64> {
         let leg = self.leg;
         let (size, k, r) = (leg.equation.size(), leg.equation.k, self.to_frame.nrows());
         let count = leg.nodes.count();
@@ -163,7 +163,7 @@ struct Rest {
     last: Vec<f64>,
 }
 
-fn rest_of_frames(curve: &Curve<'_>, nodes: &Nodes, r: usize) -> Rest {
+fn rest_of_frames(curve: &LegCurve<'_>, nodes: &Nodes, r: usize) -> Rest {
     let (k, count) = (curve.leg.equation.k, nodes.len());
     let size = r * (r - k);
     if size == 0 {

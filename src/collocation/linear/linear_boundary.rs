@@ -34,7 +34,7 @@ pub(crate) struct LinearBoundary {
 }
 
 /// A variation for given data at the ends.
-pub(crate) struct Variation {
+pub(crate) struct BoundaryResponse {
     /// `p` at the nodes, one row of nodes per coordinate.
     pub(crate) displacements: Vec<f64>,
     /// `a` and `b` at the start.
@@ -86,7 +86,7 @@ impl LinearBoundary {
         &self,
         ends: [&[f64]; 4],
         interrupt: Interrupt<'_>,
-    ) -> Result<Option<Variation>> {
+    ) -> Result<Option<BoundaryResponse>> {
         let (d, count) = (self.equations.dim(), self.equations.nodes.len());
         let mut operator = Operator::new(&self.equations);
         let right = self.polynomials(ends);
@@ -102,7 +102,7 @@ impl LinearBoundary {
             }
         }
         y.truncate(d * count);
-        Ok(Some(Variation {
+        Ok(Some(BoundaryResponse {
             displacements: y,
             start: [0, 1].map(|i| derivatives.iter().map(|derivative| derivative[i]).collect()),
         }))
@@ -196,7 +196,7 @@ impl LinearBoundary {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::collocation::linear::linear_nodes;
+    use crate::collocation::linear_nodes;
     use crate::solve::gmres::norm;
     use crate::space::{Homogeneous, Kind, Quotient, in_space};
 

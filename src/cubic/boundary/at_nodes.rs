@@ -3,10 +3,12 @@
 use std::cell::Cell;
 
 use super::guess::FlatData;
-use super::problem::Problem;
-use super::solution::Solution;
+use super::problem::BoundaryProblem;
+use super::solution::SolvedStart;
 use super::solver::Solver;
-use crate::collocation::{BoundaryData, BoundaryLimits, Found, Start, solve_between_ends};
+use crate::collocation::{
+    BoundaryData, BoundaryLimits, BoundaryStart, SolvedLeg, solve_between_ends,
+};
 use crate::cubic::taylor::initial::{Horizontal, complete_relative};
 use crate::cubic::taylor::leg_taylor::leg_taylor;
 use crate::cubic::taylor::packing::pack;
@@ -27,11 +29,11 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(crate) fn by_flat_start(&mut self, flat: &FlatData) -> Result<Option<Solution>> {
+    pub(crate) fn by_flat_start(&mut self, flat: &FlatData) -> Result<Option<SolvedStart>> {
         match self.problem.unknowns() {
             0 => Ok(None),
             1..=FEW => self.by_one_series(flat),
-            _ => self.at_nodes(&self.problem.start_of(flat), Start::Flat),
+            _ => self.at_nodes(&self.problem.start_of(flat), BoundaryStart::Flat),
         }
     }
 
@@ -41,7 +43,11 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(crate) fn at_nodes(&mut self, start: &[f64], kind: Start) -> Result<Option<Solution>> {
+    pub(crate) fn at_nodes(
+        &mut self,
+        start: &[f64],
+        kind: BoundaryStart,
+    ) -> Result<Option<SolvedStart>> {
         let problem = self.problem;
         if problem.unknowns() <= FEW || self.has_few_steps() {
             return Ok(None);
@@ -64,7 +70,7 @@ impl Solver<'_> {
         if outcome.steps > 0 || outcome.found.is_some() {
             self.account_start(outcome.steps);
         }
-        let Some(Found { derivatives, curve }) = outcome.found else {
+        let Some(SolvedLeg { derivatives, curve }) = outcome.found else {
             return Ok(None);
         };
         let start = derivatives.concat();
@@ -80,7 +86,7 @@ impl Solver<'_> {
 }
 
 /// The data at the ends, relative to the frame at the start.
-pub(crate) fn boundary_data(problem: &Problem) -> BoundaryData {
+pub(crate) fn boundary_data(problem: &BoundaryProblem) -> BoundaryData {
     let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
     let r = s1.nrows();
     let frame = complete_relative(problem.kind().field, s1);

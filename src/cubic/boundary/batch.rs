@@ -2,7 +2,7 @@
 
 use super::few_dimensions::{STEPS, end_data};
 use super::from_boundary;
-use super::problem::Problem;
+use super::problem::BoundaryProblem;
 use super::shooting::SOLVER;
 use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
@@ -96,9 +96,9 @@ fn solve_task(
     task: &[[MatRef<'_, f64>; 4]],
     options: &BoundaryOptions<'_>,
 ) -> Result<Vec<Result<BoundarySolution>>> {
-    let problems: Vec<Result<Problem>> = task
+    let problems: Vec<Result<BoundaryProblem>> = task
         .iter()
-        .map(|&data| Problem::new(data, options))
+        .map(|&data| BoundaryProblem::new(data, options))
         .collect();
     let mut legs: Vec<Option<LoneLeg>> = problems.iter().map(|_| None).collect();
     if let Some(first) = problems.iter().flatten().next()
@@ -135,7 +135,7 @@ fn solve_task(
 /// # Errors
 /// `Interrupted`.
 fn abreast(
-    like: &Problem,
+    like: &BoundaryProblem,
     easy: Vec<(usize, EndData)>,
     legs: &mut [Option<LoneLeg>],
     options: &BoundaryOptions<'_>,
@@ -163,7 +163,7 @@ fn abreast(
 
 /// Solves one problem as [`RiemannianCubic::from_boundary`] does.
 fn alone(
-    problem: &Problem,
+    problem: &BoundaryProblem,
     s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
 ) -> Result<BoundarySolution> {
@@ -185,7 +185,7 @@ fn alone(
 }
 
 /// The solution, transformed back to the start of the problem.
-fn transformed(problem: &Problem, leg: &LoneLeg) -> BoundarySolution {
+fn transformed(problem: &BoundaryProblem, leg: &LoneLeg) -> BoundarySolution {
     let [a, second] = unpack::<2>(&leg.start, problem.blocks());
     // j = x'' + [x, x']_m / 2.
     let jerk = second.plus_bracket(0.5, &problem.velocity, &a);

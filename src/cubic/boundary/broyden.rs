@@ -12,12 +12,12 @@ const MAX_UPDATES: usize = 30;
 
 /// An initial Jacobian and the steps since.
 pub(crate) struct Broyden<'a> {
-    pub(crate) start: Start<'a>,
+    pub(crate) start: InitialJacobian<'a>,
     updates: Updates<f64>,
 }
 
 /// The source of the initial inverse Jacobian.
-pub(crate) enum Start<'a> {
+pub(crate) enum InitialJacobian<'a> {
     /// The inverse in flat space.
     Flat,
     /// The derivative of the equations.
@@ -27,7 +27,7 @@ pub(crate) enum Start<'a> {
 }
 
 impl<'a> Broyden<'a> {
-    pub(crate) fn new(start: Start<'a>) -> Self {
+    pub(crate) fn new(start: InitialJacobian<'a>) -> Self {
         Broyden {
             start,
             updates: Updates::new(MAX_UPDATES),
@@ -37,12 +37,12 @@ impl<'a> Broyden<'a> {
     /// The next step; `None` if a Jacobian is singular, or the step is not finite.
     pub(crate) fn step(&mut self, equations: &[f64]) -> Option<Vec<f64>> {
         let mut step = match &self.start {
-            Start::Flat => flat_inverse(equations),
-            Start::Jacobian(jacobian) => solve_square(jacobian.as_ref(), equations)?,
+            InitialJacobian::Flat => flat_inverse(equations),
+            InitialJacobian::Jacobian(jacobian) => solve_square(jacobian.as_ref(), equations)?,
             // The response is to a motion of the end; the equations have the opposite sign.
-            Start::Response(response) => response.change(equations),
+            InitialJacobian::Response(response) => response.change(equations),
         };
-        if !matches!(self.start, Start::Response(_)) {
+        if !matches!(self.start, InitialJacobian::Response(_)) {
             step.iter_mut().for_each(|s| *s = -*s);
         }
         self.updates.correct(&mut step);

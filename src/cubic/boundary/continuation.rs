@@ -59,7 +59,7 @@ pub(crate) enum Next {
 }
 
 /// A point on the curve of solutions: scaled `y`, then `lambda`.
-struct Point {
+struct FamilyPoint {
     place: Vec<f64>,
     tangent: Vec<f64>,
 }
@@ -138,7 +138,7 @@ impl<'a> Tracer<'a> {
         Ok(())
     }
 
-    fn first(&mut self, start: &[f64]) -> Result<Option<Point>> {
+    fn first(&mut self, start: &[f64]) -> Result<Option<FamilyPoint>> {
         let mut place: Vec<f64> = start.iter().map(|y| y / self.scale).collect();
         place.push(0.0);
         let mut forward = vec![0.0; place.len()];
@@ -146,11 +146,11 @@ impl<'a> Tracer<'a> {
         let Some((matrix, _)) = self.system(&place, &forward)? else {
             return Ok(None);
         };
-        Ok(tangent(&matrix).map(|tangent| Point { place, tangent }))
+        Ok(tangent(&matrix).map(|tangent| FamilyPoint { place, tangent }))
     }
 
     /// The point one step further, and the number of corrections used.
-    fn advance(&mut self, from: &Point, step: f64) -> Result<Option<(Point, usize)>> {
+    fn advance(&mut self, from: &FamilyPoint, step: f64) -> Result<Option<(FamilyPoint, usize)>> {
         let pairs = from.place.iter().zip(&from.tangent);
         let mut place: Vec<f64> = pairs.map(|(p, t)| p + step * t).collect();
         let mut allowed = CONTRACTION * step;
@@ -171,7 +171,7 @@ impl<'a> Tracer<'a> {
             }
             if size <= CORRECTED {
                 let tangent = tangent(&matrix).filter(|t| dot(t, &from.tangent) > MAX_TURN);
-                return Ok(tangent.map(|tangent| (Point { place, tangent }, correction)));
+                return Ok(tangent.map(|tangent| (FamilyPoint { place, tangent }, correction)));
             }
             allowed = CONTRACTION * size;
         }
@@ -212,7 +212,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// `y` at `lambda = 1` on the line between two points.
-    fn crossing(&self, from: &Point, to: &Point) -> Option<Vec<f64>> {
+    fn crossing(&self, from: &FamilyPoint, to: &FamilyPoint) -> Option<Vec<f64>> {
         let last = from.place.len() - 1;
         let (a, b) = (from.place[last] - 1.0, to.place[last] - 1.0);
         if (a < 0.0) == (b < 0.0) {

@@ -3,9 +3,9 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::guess::{FlatData, carry, turned};
-use super::problem::Problem;
+use super::problem::BoundaryProblem;
 use super::relative_ends::RelativeEnds;
-use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::{Horizontal, complete_relative};
 use crate::cubic::taylor::packing::pack;
 use crate::curve::{Curve, GeometricCubic};
@@ -61,7 +61,7 @@ impl DescentStart {
     ///
     /// # Errors
     /// An error if the curve does not exist or the numbers are too large.
-    pub(crate) fn along_geometric(problem: &Problem) -> Result<Self> {
+    pub(crate) fn along_geometric(problem: &BoundaryProblem) -> Result<Self> {
         let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
         let [s0, v0] = problem.initial();
         let curve = GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1, v1)?;
@@ -170,7 +170,7 @@ impl DescentStart {
         let velocity = Horizontal::of_tangent(frame.as_ref(), velocity.as_ref());
         let step = 1.0 / self.legs() as f64;
         let (r, k) = point.shape();
-        let velocity = pack(Sized::of_kind(r - k, k, self.kind), &[velocity]);
+        let velocity = pack(Sizes::of_kind(r - k, k, self.kind), &[velocity]);
         let velocity = velocity.iter().map(|x| step * x).collect();
         (frame, velocity)
     }

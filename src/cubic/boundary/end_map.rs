@@ -3,8 +3,8 @@
 
 use faer::Mat;
 
-use super::shooting::Shooting;
-use crate::cubic::taylor::blocks::Blocks;
+use super::shooting::SingleShooting;
+use crate::cubic::taylor::blocks::BlockSizes;
 use crate::cubic::taylor::end_equations::Target;
 use crate::cubic::taylor::march::Accuracy;
 use crate::error::Result;
@@ -48,7 +48,7 @@ pub(crate) trait EndMap {
     fn exhausted(&self) -> bool;
 }
 
-impl<B: Blocks, const N: usize> EndMap for Shooting<'_, B, N> {
+impl<B: BlockSizes, const N: usize> EndMap for SingleShooting<'_, B, N> {
     fn set_target(&mut self, target: &Target) {
         self.target.clone_from(target);
     }
@@ -60,7 +60,7 @@ impl<B: Blocks, const N: usize> EndMap for Shooting<'_, B, N> {
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<SolverReport> {
-        Shooting::solve(self, y, response, tolerance, max_iterations)
+        SingleShooting::solve(self, y, response, tolerance, max_iterations)
     }
 
     fn equations(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Vec<f64>, f64)> {

@@ -2,8 +2,8 @@
 
 use super::at_nodes::boundary_data;
 use super::guess::FlatData;
-use super::problem::Problem;
-use super::solution::Solution;
+use super::problem::BoundaryProblem;
+use super::solution::SolvedStart;
 use super::solver::Solver;
 use crate::collocation::BoundaryData;
 use crate::cubic::taylor::packing::pack;
@@ -18,7 +18,7 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(crate) fn by_one_series(&mut self, flat: &FlatData) -> Result<Option<Solution>> {
+    pub(crate) fn by_one_series(&mut self, flat: &FlatData) -> Result<Option<SolvedStart>> {
         let problem = self.problem;
         if problem.target.tension > 0.0 {
             return Ok(None);
@@ -35,7 +35,7 @@ impl Solver<'_> {
 }
 
 /// The end data, and the state at the middle of the cubic of flat space.
-pub(crate) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
+pub(crate) fn end_data(problem: &BoundaryProblem, flat: &FlatData) -> EndData {
     let BoundaryData {
         target, velocities, ..
     } = boundary_data(problem);
@@ -47,7 +47,7 @@ pub(crate) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
 }
 
 /// `x, x', x''` at the middle of the cubic of flat space.
-fn middle(problem: &Problem, flat: &FlatData) -> [Vec<f64>; 3] {
+fn middle(problem: &BoundaryProblem, flat: &FlatData) -> [Vec<f64>; 3] {
     let vectors = [&flat.displacement, &problem.velocity, &flat.end_velocity];
     let [delta, first, last] = vectors.map(|v| pack(problem.blocks(), std::slice::from_ref(v)));
     let combined = |[a, b, c]: [f64; 3]| {

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use faer::MatRef;
 
-use super::problem::Problem;
+use super::problem::BoundaryProblem;
 use super::shooting::SOLVER;
-use super::solution::Solution;
+use super::solution::SolvedStart;
 use super::solver::Solver;
 use crate::cubic::boundary_options::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 use crate::cubic::riemannian_cubic::RiemannianCubic;
@@ -62,7 +62,7 @@ impl RiemannianCubic {
         options: &BoundaryOptions<'_>,
     ) -> Result<Self> {
         options.check()?;
-        let problem = Problem::new(data, options)?;
+        let problem = BoundaryProblem::new(data, options)?;
         let (solution, report) = solve(&problem, data[0], options)?;
         let taylor = solution.into_taylor(&problem, options.interrupt)?;
         Ok(Self::of_taylor(
@@ -80,10 +80,10 @@ impl RiemannianCubic {
 /// # Errors
 /// `DifferentComponents`, `NoConvergence`, `Interrupted`, and the errors of a guess.
 pub(crate) fn solve(
-    problem: &Problem,
+    problem: &BoundaryProblem,
     s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
-) -> Result<(Solution, BoundaryReport)> {
+) -> Result<(SolvedStart, BoundaryReport)> {
     let mut solver = Solver::new(problem, options);
     let found = match options.guess {
         Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,

@@ -10,7 +10,7 @@
 use faer::{Mat, Scale};
 
 use super::guess::carry;
-use super::problem::Problem;
+use super::problem::BoundaryProblem;
 use crate::cubic::taylor::end_equations::Target;
 use crate::cubic::taylor::initial::Horizontal;
 use crate::curve::Curve;
@@ -32,7 +32,7 @@ impl Homotopy {
     ///
     /// # Errors
     /// `DifferentComponents`, `NoJoiningCurve`, `OutsideLogDomain`.
-    pub(crate) fn new(problem: &Problem, [s, v]: [Mat<f64>; 2]) -> Result<Self> {
+    pub(crate) fn new(problem: &BoundaryProblem, [s, v]: [Mat<f64>; 2]) -> Result<Self> {
         let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
         let (r, k) = s1.shape();
         let mut curve = QuasiGeodesic::zeros(r, k);

@@ -9,7 +9,7 @@ use std::cell::Cell;
 use super::descent_start::{DescentStart, LEGS, LONGEST_LEG};
 use super::guess::FlatData;
 use super::shooting::takes_response;
-use super::solution::Solution;
+use super::solution::SolvedStart;
 use super::solver::{Reported, Solver};
 use crate::cubic::boundary_options::BoundaryStrategy;
 use crate::cubic::taylor::work::of_products;
@@ -18,7 +18,7 @@ use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
 use crate::shooting::{
-    ChainKnots, Descent, Layout, LeastCost, StartResponse, least_cost, products_of_step,
+    ChainKnots, ChainLayout, DescentProblem, LeastCost, StartResponse, least_cost, products_of_step,
 };
 use crate::space::{Homogeneous, in_space};
 
@@ -55,7 +55,7 @@ const SHORT: f64 = 0.6;
 
 /// The curve along which a descent starts.
 #[derive(Clone, Copy)]
-enum Start {
+enum CubicStart {
     /// The rolling curve.
     Rolling,
     /// The cubic of flat space. Without it, 6 of 332 hard problems cost 1.05 to 1.33 times as much.
@@ -68,15 +68,15 @@ enum Start {
     RollingFinely,
 }
 
-const STARTS: [Start; 4] = [
-    Start::Rolling,
-    Start::Flat,
-    Start::Geometric,
-    Start::RollingFinely,
+const STARTS: [CubicStart; 4] = [
+    CubicStart::Rolling,
+    CubicStart::Flat,
+    CubicStart::Geometric,
+    CubicStart::RollingFinely,
 ];
 
 /// The result of a descent.
-struct End {
+struct DescentEnd {
     /// `(x', x'')` at the start of the curve.
     y: Vec<f64>,
     cost: f64,
@@ -86,7 +86,7 @@ struct End {
     response: Option<StartResponse>,
 }
 
-impl End {
+impl DescentEnd {
     /// Sort key, smaller is better: converged descents by cost, then the others by gradient.
     fn rank(&self) -> (bool, f64) {
         match self.is_at_rest {
@@ -136,10 +136,10 @@ impl Solver<'_> {
         for start in STARTS {
             let known = least_cost_of(&ends);
             let is_wanted = match start {
-                Start::Rolling => true,
-                Start::Flat => !is_unique || self.problem.speed() <= FAST,
-                Start::Geometric => !is_unique,
-                Start::RollingFinely => !has_rolled,
+                CubicStart::Rolling => true,
+                CubicStart::Flat => !is_unique || self.problem.speed() <= FAST,
+                CubicStart::Geometric => !is_unique,
+                CubicStart::RollingFinely => !has_rolled,
             };
             if !is_wanted {
                 continue;
@@ -152,7 +152,7 @@ impl Solver<'_> {
                 true => (LATER_STEPS, SLACK * known, reserve),
             };
             let end = self.descend(curve.chain_knots(), (limits, &ends), TOLERANCE)?;
-            if matches!(start, Start::Rolling) {
+            if matches!(start, CubicStart::Rolling) {
                 is_unique = curve.is_unique();
                 has_rolled = end.as_ref().is_some_and(|end| end.is_at_rest);
             }
@@ -177,26 +177,26 @@ impl Solver<'_> {
     }
 
     /// `None` if the curve does not exist.
-    fn start(&self, start: Start) -> Result<Option<DescentStart>> {
+    fn start(&self, start: CubicStart) -> Result<Option<DescentStart>> {
         let problem = self.problem;
         let ends = problem.relative_ends();
         let curve = match start {
-            Start::Rolling => DescentStart::rolling(problem.kind(), ends, LONGEST_LEG, LEGS),
-            Start::RollingFinely => {
+            CubicStart::Rolling => DescentStart::rolling(problem.kind(), ends, LONGEST_LEG, LEGS),
+            CubicStart::RollingFinely => {
                 DescentStart::rolling(problem.kind(), ends, SHORT * LONGEST_LEG, LEGS)
             }
-            Start::Flat => match problem.flat()? {
+            CubicStart::Flat => match problem.flat()? {
                 Some(flat) => DescentStart::along_flat(self.problem.kind(), ends, &flat),
                 None => return Ok(None),
             },
-            Start::Geometric => DescentStart::along_geometric(problem),
+            CubicStart::Geometric => DescentStart::along_geometric(problem),
         };
         unless_interrupted(curve)
     }
 
     /// Applies Newton's method to the results, best first, until it finds a solution; of those not at rest only the
     /// first is tried.
-    fn polished(&mut self, mut ends: Vec<End>) -> Result<Option<Reported>> {
+    fn polished(&mut self, mut ends: Vec<DescentEnd>) -> Result<Option<Reported>> {
         ends.sort_by(|a, b| {
             let [(a, x), (b, y)] = [a.rank(), b.rank()];
             a.cmp(&b).then(x.total_cmp(&y))
@@ -223,7 +223,7 @@ impl Solver<'_> {
     }
 
     /// Continues a descent at rest to the finer tolerance and applies Newton's method.
-    fn found_finely(&mut self, end: &mut End, reserve: f64) -> Result<Option<Solution>> {
+    fn found_finely(&mut self, end: &mut DescentEnd, reserve: f64) -> Result<Option<SolvedStart>> {
         if !end.is_at_rest {
             return Ok(None);
         }
@@ -247,9 +247,9 @@ impl Solver<'_> {
     fn descend(
         &mut self,
         knots: ChainKnots,
-        ((max_iterations, below, reserve), others): ((usize, f64, f64), &[End]),
+        ((max_iterations, below, reserve), others): ((usize, f64, f64), &[DescentEnd]),
         tolerance: f64,
-    ) -> Result<Option<End>> {
+    ) -> Result<Option<DescentEnd>> {
         if self.problem.unknowns() == 0 {
             return Ok(None);
         }
@@ -276,8 +276,8 @@ impl Solver<'_> {
         };
         let at_rest = others.iter().filter(|end| end.is_at_rest);
         let known: Vec<_> = at_rest.map(|end| &end.knots).collect();
-        let descent = Descent {
-            layout: Layout::between_ends(legs),
+        let descent = DescentProblem {
+            layout: ChainLayout::between_ends(legs),
             tension: self.problem.target.tension / (rate * rate),
             below: 0.5 * below / rate.powi(3),
             known: &known,
@@ -302,7 +302,7 @@ impl Solver<'_> {
                 false => rate.powi(3) * x,
             })
             .collect();
-        Ok((cost.is_finite() && !is_left).then_some(End {
+        Ok((cost.is_finite() && !is_left).then_some(DescentEnd {
             y,
             cost: 2.0 * rate.powi(3) * cost,
             gradient: report.residual,
@@ -314,7 +314,7 @@ impl Solver<'_> {
 }
 
 /// The least cost of the results at rest.
-fn least_cost_of(ends: &[End]) -> f64 {
+fn least_cost_of(ends: &[DescentEnd]) -> f64 {
     let at_rest = ends.iter().filter(|end| end.is_at_rest);
     at_rest.fold(f64::INFINITY, |least, end| least.min(end.cost))
 }

@@ -6,9 +6,9 @@ use faer::{Mat, MatRef, Scale};
 use super::end_map::EndMap;
 use super::guess::FlatData;
 use super::relative_ends::RelativeEnds;
-use super::shooting::Shooting;
+use super::shooting::SingleShooting;
 use crate::cubic::boundary_options::BoundaryOptions;
-use crate::cubic::taylor::blocks::{Blocks, Fixed, Sized};
+use crate::cubic::taylor::blocks::{BlockSizes, FixedSizes, Sizes};
 use crate::cubic::taylor::end_equations::Target;
 use crate::cubic::taylor::initial::{Horizontal, complete_over};
 use crate::cubic::taylor::march::Accuracy;
@@ -25,7 +25,7 @@ use crate::space::{Kind, ScalarField, Shape};
 
 /// A boundary value problem, reduced to the span of its data.
 #[derive(Debug, Clone)]
-pub(crate) struct Problem {
+pub(crate) struct BoundaryProblem {
     pub(crate) n: usize,
     pub(crate) k: usize,
     /// Orthonormal basis of the span of the data, if the span is smaller than `R^n`.
@@ -39,7 +39,7 @@ pub(crate) struct Problem {
     field: ScalarField,
 }
 
-impl Problem {
+impl BoundaryProblem {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
     pub(crate) fn new(data: [MatRef<'_, f64>; 4], options: &BoundaryOptions<'_>) -> Result<Self> {
@@ -55,7 +55,7 @@ impl Problem {
         let velocity = Horizontal::of_tangent(g.as_ref(), span.down(v0).as_ref());
         let end = corrected([s1, v1].map(|a| g.transpose() * span.down(a)));
         let target = Target::new(&velocity, &end, tension);
-        Ok(Problem {
+        Ok(BoundaryProblem {
             n: s0.nrows(),
             k: s0.ncols(),
             frame: span.into_basis(),
@@ -118,8 +118,8 @@ impl Problem {
     }
 
     /// Sizes of the blocks.
-    pub(crate) fn blocks(&self) -> Sized {
-        Sized::of_kind(self.g.nrows() - self.k, self.k, self.kind())
+    pub(crate) fn blocks(&self) -> Sizes {
+        Sizes::of_kind(self.g.nrows() - self.k, self.k, self.kind())
     }
 
     /// Number of unknowns, `2d`.
@@ -180,11 +180,27 @@ impl Problem {
     pub(crate) fn end_map<'a>(&self, interrupt: Interrupt<'a>) -> Box<dyn EndMap + 'a> {
         let (blocks, target) = (self.blocks(), &self.target);
         match (blocks.m, blocks.k) {
-            (1, 1) => Box::new(Shooting::<_, 2>::new(Fixed::<1, 1>, target, interrupt)),
-            (2, 1) => Box::new(Shooting::<_, 4>::new(Fixed::<2, 1>, target, interrupt)),
-            (3, 1) => Box::new(Shooting::<_, 6>::new(Fixed::<3, 1>, target, interrupt)),
-            (1, 2) => Box::new(Shooting::<_, 6>::new(Fixed::<1, 2>, target, interrupt)),
-            _ => Box::new(Shooting::<_, 8>::new(blocks, target, interrupt)),
+            (1, 1) => Box::new(SingleShooting::<_, 2>::new(
+                FixedSizes::<1, 1>,
+                target,
+                interrupt,
+            )),
+            (2, 1) => Box::new(SingleShooting::<_, 4>::new(
+                FixedSizes::<2, 1>,
+                target,
+                interrupt,
+            )),
+            (3, 1) => Box::new(SingleShooting::<_, 6>::new(
+                FixedSizes::<3, 1>,
+                target,
+                interrupt,
+            )),
+            (1, 2) => Box::new(SingleShooting::<_, 6>::new(
+                FixedSizes::<1, 2>,
+                target,
+                interrupt,
+            )),
+            _ => Box::new(SingleShooting::<_, 8>::new(blocks, target, interrupt)),
         }
     }
 
@@ -201,7 +217,7 @@ impl Problem {
     }
 }
 
-impl Problem {
+impl BoundaryProblem {
     /// The larger distance of an end of a curve, as it is evaluated, from the given one: point, and velocity in its unit. NaN
     /// is propagated.
     pub(crate) fn distance(&self, taylor: &PiecewiseTaylor) -> f64 {
@@ -265,7 +281,7 @@ impl Target {
             .hypot(velocity.normal.norm_l2())
             .max(end[1].norm_l2());
         let (m, k) = velocity.normal.shape();
-        let blocks = Sized::frames(m, k);
+        let blocks = Sizes::frames(m, k);
         Target {
             velocity: pack(blocks, std::slice::from_ref(velocity)),
             end: [entries(&end[0]), entries(&end[1])],

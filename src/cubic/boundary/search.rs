@@ -7,7 +7,7 @@ use faer::MatRef;
 use super::continuation::{MAX_STEPS, Next};
 use super::guess::FlatData;
 use super::homotopy::Homotopy;
-use super::problem::Problem;
+use super::problem::BoundaryProblem;
 use super::random::Random;
 use super::shooting::SOLVER;
 use super::solver::Solver;
@@ -112,14 +112,14 @@ impl RiemannianCubic {
         options: &SearchOptions<'_>,
     ) -> Result<Vec<Self>> {
         options.check()?;
-        let problem = Problem::new(data, &options.boundary)?;
+        let problem = BoundaryProblem::new(data, &options.boundary)?;
         let start = match options.boundary.guess {
             Some((a, j)) => problem.start_from(data[0], a, j)?,
             None => problem.flat_start(problem.flat()?.as_ref()),
         };
         let mut solver = Solver::new(&problem, &options.boundary);
         solver.map.allow(SEARCH_WORK);
-        let mut found = Found::new(options.distinct);
+        let mut found = FoundCubic::new(options.distinct);
         search(&problem, &mut solver, &start, options, &mut found)?;
         if found.solutions.is_empty() {
             let report = solver.report(BoundaryStrategy::Moving).solver;
@@ -147,15 +147,15 @@ impl RiemannianCubic {
 }
 
 /// Distinct solutions found so far: `(x', x'')` at the start, and associated data.
-pub(crate) struct Found<T> {
+pub(crate) struct FoundCubic<T> {
     pub(crate) solutions: Vec<(Vec<f64>, T)>,
     distinct: f64,
 }
 
-impl<T> Found<T> {
+impl<T> FoundCubic<T> {
     /// An empty set; solutions that differ by at most `distinct` count as one.
     pub(crate) fn new(distinct: f64) -> Self {
-        Found {
+        FoundCubic {
             solutions: Vec::new(),
             distinct,
         }
@@ -173,11 +173,11 @@ impl<T> Found<T> {
 }
 
 fn search(
-    problem: &Problem,
+    problem: &BoundaryProblem,
     solver: &mut Solver<'_>,
     start: &[f64],
     options: &SearchOptions<'_>,
-    found: &mut Found<BoundaryReport>,
+    found: &mut FoundCubic<BoundaryReport>,
 ) -> Result<()> {
     if let Some(solution) = solver.restarted(start, None)? {
         found.add((solution.start, solver.report(BoundaryStrategy::Direct)));
@@ -212,7 +212,7 @@ fn search(
 
 /// Cubics of flat space with `turns` additional full turns. Embedded complex displacements have every principal
 /// direction twice, and turn in both.
-fn turned(problem: &Problem, flat: &FlatData, turns: f64) -> Result<Vec<FlatData>> {
+fn turned(problem: &BoundaryProblem, flat: &FlatData, turns: f64) -> Result<Vec<FlatData>> {
     let mut all = match problem.is_real() {
         true => Vec::new(),
         false => flat.turned_together(turns)?,
@@ -227,7 +227,7 @@ fn follow(
     homotopy: &Homotopy,
     from: &[f64],
     size: f64,
-    found: &mut Found<BoundaryReport>,
+    found: &mut FoundCubic<BoundaryReport>,
 ) -> Result<()> {
     let mut passed = Vec::new();
     solver.follow(homotopy, from, size, MAX_STEPS, |y| {

@@ -8,10 +8,10 @@
 
 use faer::Mat;
 
-use super::broyden::{Broyden, Start};
-use crate::cubic::taylor::blocks::Blocks;
-use crate::cubic::taylor::end_equations::{Residual, Target, evaluate, flat_inverse};
-use crate::cubic::taylor::march::{Accuracy, March};
+use super::broyden::{Broyden, InitialJacobian};
+use crate::cubic::taylor::blocks::BlockSizes;
+use crate::cubic::taylor::end_equations::{EndResidual, Target, evaluate, flat_inverse};
+use crate::cubic::taylor::march::{Accuracy, TaylorMarch};
 use crate::cubic::taylor::work::{TRIALS, Work, work_of_curve, work_of_step};
 use crate::error::{Result, unless_interrupted};
 use crate::interrupt::Interrupt;
@@ -80,23 +80,23 @@ pub(crate) fn takes_response(unknowns: usize) -> bool {
 }
 
 /// The boundary value problem for blocks of one size; a pass of dual numbers carries `N` directions.
-pub(crate) struct Shooting<'a, B, const N: usize> {
+pub(crate) struct SingleShooting<'a, B, const N: usize> {
     pub(crate) blocks: B,
     pub(crate) target: Target,
     pub(crate) work: Work,
-    pub(crate) plain: March<f64, B>,
-    several: Option<March<Dual<N>, B>>,
-    single: Option<March<Dual<1>, B>>,
+    pub(crate) plain: TaylorMarch<f64, B>,
+    several: Option<TaylorMarch<Dual<N>, B>>,
+    single: Option<TaylorMarch<Dual<1>, B>>,
     interrupt: Interrupt<'a>,
 }
 
-impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
+impl<'a, B: BlockSizes, const N: usize> SingleShooting<'a, B, N> {
     pub(crate) fn new(blocks: B, target: &Target, interrupt: Interrupt<'a>) -> Self {
-        Shooting {
+        SingleShooting {
             blocks,
             target: target.clone(),
             work: Work::of_trials(TRIALS, work_of_curve(blocks), Appearance::Usual),
-            plain: March::new(blocks, Accuracy::FULL),
+            plain: TaylorMarch::new(blocks, Accuracy::FULL),
             several: None,
             single: None,
             interrupt,
@@ -122,7 +122,8 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         let mut found = self.residual(y, accuracy)?;
         // Accuracy of the current residual.
         let mut known = accuracy;
-        let mut broyden = Broyden::new(response.map_or(Start::Flat, Start::Response));
+        let mut broyden =
+            Broyden::new(response.map_or(InitialJacobian::Flat, InitialJacobian::Response));
         let (mut iterations, mut reached) = (0, tolerance);
         let reason = loop {
             if found.distance <= tolerance {
@@ -146,7 +147,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
                     (found, known) = (nearer, accuracy);
                     continue;
                 }
-                broyden = Broyden::new(Start::Flat);
+                broyden = Broyden::new(InitialJacobian::Flat);
             }
             let Some(step) = self.newton_step(y, &found)? else {
                 break StopReason::SingularJacobian;
@@ -179,7 +180,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
     }
 
     /// A bound on the round-off in the distance of the end: the effect of changing the last digits of the start.
-    fn noise(&mut self, y: &[f64], found: &Residual<f64>) -> Result<f64> {
+    fn noise(&mut self, y: &[f64], found: &EndResidual<f64>) -> Result<f64> {
         let digit = |i: usize| 1.0 + LAST_DIGITS * [1.0, -1.0][i % 2];
         let beside: Vec<f64> = y.iter().enumerate().map(|(i, y)| digit(i) * y).collect();
         let beside = self.residual(&beside, Accuracy::FULL)?;
@@ -192,13 +193,13 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
     fn broyden_step(
         &mut self,
         y: &mut [f64],
-        found: &Residual<f64>,
+        found: &EndResidual<f64>,
         accuracy: Accuracy,
         broyden: &mut Broyden<'_>,
-    ) -> Result<Option<Residual<f64>>> {
-        if matches!(broyden.start, Start::Flat) && y.len() <= DENSE {
+    ) -> Result<Option<EndResidual<f64>>> {
+        if matches!(broyden.start, InitialJacobian::Flat) && y.len() <= DENSE {
             let (jacobian, _) = self.jacobian(y, Accuracy::of_tolerance(ROUGH))?;
-            *broyden = Broyden::new(Start::Jacobian(jacobian));
+            *broyden = Broyden::new(InitialJacobian::Jacobian(jacobian));
         }
         let Some(step) = broyden.step(&found.equations) else {
             return Ok(None);
@@ -212,9 +213,9 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         }
         y.copy_from_slice(&trial);
         // The response costs nothing more, so its steps continue as long as they help.
-        let has_response = matches!(broyden.start, Start::Response(_));
+        let has_response = matches!(broyden.start, InitialJacobian::Response(_));
         if y.len() <= DENSE && nearer.distance > SLOW * found.distance && !has_response {
-            *broyden = Broyden::new(Start::Flat);
+            *broyden = Broyden::new(InitialJacobian::Flat);
         }
         Ok(Some(nearer))
     }
@@ -226,7 +227,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         step: &[f64],
         accuracy: Accuracy,
         distance: f64,
-    ) -> Result<Option<(Vec<f64>, Residual<f64>)>> {
+    ) -> Result<Option<(Vec<f64>, EndResidual<f64>)>> {
         let found = backtracked(distance, STEP_LENGTHS, |share| {
             self.interrupt.check(SOLVER)?;
             let trial: Vec<f64> = y.iter().zip(step).map(|(y, s)| y - share * s).collect();
@@ -239,7 +240,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         Ok(found.map(|(state, _)| state))
     }
 
-    pub(crate) fn residual(&mut self, y: &[f64], accuracy: Accuracy) -> Result<Residual<f64>> {
+    pub(crate) fn residual(&mut self, y: &[f64], accuracy: Accuracy) -> Result<EndResidual<f64>> {
         self.plain.accuracy = accuracy;
         let found = evaluate(&mut self.plain, &self.target, y, self.interrupt);
         self.work
@@ -248,7 +249,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
     }
 
     /// `DF(y)^{-1} F(y)`; `None` if the derivative is singular.
-    fn newton_step(&mut self, y: &[f64], found: &Residual<f64>) -> Result<Option<Vec<f64>>> {
+    fn newton_step(&mut self, y: &[f64], found: &EndResidual<f64>) -> Result<Option<Vec<f64>>> {
         self.interrupt.check(SOLVER)?;
         if y.len() > FEW {
             return self.krylov_step(y, found);
@@ -266,7 +267,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
     ) -> Result<(Mat<f64>, Vec<f64>)> {
         let march = self
             .several
-            .get_or_insert_with(|| March::new(self.blocks, Accuracy::FULL));
+            .get_or_insert_with(|| TaylorMarch::new(self.blocks, Accuracy::FULL));
         march.accuracy = accuracy;
         jacobian(y, |unknown| {
             let outcome = evaluate(march, &self.target, unknown, self.interrupt);
@@ -277,11 +278,11 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
     }
 
     /// The Newton step from products with the derivative; unknowns are scaled by their effect in flat space.
-    fn krylov_step(&mut self, y: &[f64], found: &Residual<f64>) -> Result<Option<Vec<f64>>> {
+    fn krylov_step(&mut self, y: &[f64], found: &EndResidual<f64>) -> Result<Option<Vec<f64>>> {
         let forcing = found.distance.min(FORCING);
         let march = self
             .single
-            .get_or_insert_with(|| March::new(self.blocks, Accuracy::FULL));
+            .get_or_insert_with(|| TaylorMarch::new(self.blocks, Accuracy::FULL));
         march.accuracy = Accuracy::of_tolerance(ACCURACY_SHARE * forcing);
         let (target, interrupt) = (&self.target, self.interrupt);
         let mut steps = 0;

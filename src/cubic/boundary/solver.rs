@@ -4,11 +4,11 @@
 use super::continuation::{MAX_STEPS, Next, Tracer};
 use super::end_map::EndMap;
 use super::homotopy::Homotopy;
-use super::problem::Problem;
+use super::problem::BoundaryProblem;
 use super::random::Random;
 use super::shooting::ROUND_OFF;
-use super::solution::Solution;
-use crate::collocation::Start;
+use super::solution::SolvedStart;
+use crate::collocation::BoundaryStart;
 use crate::cubic::boundary_options::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
@@ -52,7 +52,7 @@ pub(crate) fn scattered(
 
 /// Tries the strategies in turn and keeps the account of work and steps.
 pub(crate) struct Solver<'a> {
-    pub(crate) problem: &'a Problem,
+    pub(crate) problem: &'a BoundaryProblem,
     pub(crate) options: &'a BoundaryOptions<'a>,
     /// Tolerance of the options, raised to what round-off allows.
     tolerance: f64,
@@ -65,10 +65,10 @@ pub(crate) struct Solver<'a> {
 }
 
 /// A solution, and how it was found.
-pub(crate) type Reported = (Solution, BoundaryReport);
+pub(crate) type Reported = (SolvedStart, BoundaryReport);
 
 impl<'a> Solver<'a> {
-    pub(crate) fn new(problem: &'a Problem, options: &'a BoundaryOptions<'a>) -> Self {
+    pub(crate) fn new(problem: &'a BoundaryProblem, options: &'a BoundaryOptions<'a>) -> Self {
         let mut map = problem.end_map(options.interrupt);
         map.allow(options.allowance());
         Solver {
@@ -95,7 +95,7 @@ impl<'a> Solver<'a> {
             return Ok(None);
         }
         if let Some(y) = self.moved(start, norm(start))? {
-            let found = Solution::of_start(y);
+            let found = SolvedStart::of_start(y);
             return Ok(Some((found, self.report(BoundaryStrategy::Moving))));
         }
         self.by_descents()
@@ -164,8 +164,8 @@ impl<'a> Solver<'a> {
         &mut self,
         start: &[f64],
         response: Option<&StartResponse>,
-    ) -> Result<Option<Solution>> {
-        if let Some(found) = self.at_nodes(start, Start::Curve)? {
+    ) -> Result<Option<SolvedStart>> {
+        if let Some(found) = self.at_nodes(start, BoundaryStart::Curve)? {
             return Ok(Some(found));
         }
         self.by_shooting(start, response)
@@ -176,10 +176,10 @@ impl<'a> Solver<'a> {
         &mut self,
         start: &[f64],
         response: Option<&StartResponse>,
-    ) -> Result<Option<Solution>> {
+    ) -> Result<Option<SolvedStart>> {
         let mut y = start.to_vec();
         let is_found = unless_interrupted(self.persistent(&mut y, response))?;
-        Ok((is_found == Some(true)).then(|| Solution::of_start(y)))
+        Ok((is_found == Some(true)).then(|| SolvedStart::of_start(y)))
     }
 
     /// The solution with the given `(x', x'')` at the start, integrated, or the one to which shooting leads from there if
@@ -187,7 +187,7 @@ impl<'a> Solver<'a> {
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(crate) fn integrated(&mut self, start: Vec<f64>) -> Result<Option<Solution>> {
+    pub(crate) fn integrated(&mut self, start: Vec<f64>) -> Result<Option<SolvedStart>> {
         let taylor = self.problem.taylor(&start, self.options.interrupt);
         let Some(taylor) = unless_interrupted(taylor)? else {
             return Ok(None);
@@ -200,12 +200,16 @@ impl<'a> Solver<'a> {
     }
 
     /// The solution with the given curve and `(x', x'')` at its start, if its ends are near enough.
-    pub(crate) fn accepted(&mut self, start: &[f64], taylor: PiecewiseTaylor) -> Option<Solution> {
+    pub(crate) fn accepted(
+        &mut self,
+        start: &[f64],
+        taylor: PiecewiseTaylor,
+    ) -> Option<SolvedStart> {
         let distance = self.problem.distance(&taylor);
         let is_near = distance <= self.tolerance;
         is_near.then(|| {
             self.set_nearest(distance, StopReason::Converged);
-            Solution::new(start.to_vec(), taylor)
+            SolvedStart::new(start.to_vec(), taylor)
         })
     }
 

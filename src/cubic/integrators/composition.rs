@@ -101,7 +101,7 @@ impl SplittingOrder {
         self.composition().stages
     }
 
-    pub(crate) fn composition(self) -> &'static Composition {
+    pub(crate) fn composition(self) -> &'static SplittingComposition {
         match self {
             SplittingOrder::Two => &TWO,
             SplittingOrder::Four => &FOUR,
@@ -130,13 +130,13 @@ impl TryFrom<i64> for SplittingOrder {
 }
 
 /// The first halves of the two palindromes, including the middle: `s` flows of `A` between `s + 1` flows of `B`.
-pub(crate) struct Composition {
+pub(crate) struct SplittingComposition {
     stages: usize,
     a: &'static [f64],
     b: &'static [f64],
 }
 
-impl Composition {
+impl SplittingComposition {
     /// Fractions of the step for the flows of `A`, each after the fraction for the preceding flow of `B`.
     pub(crate) fn pairs(&self) -> impl Iterator<Item = (f64, f64)> {
         let s = self.stages;
@@ -149,13 +149,13 @@ impl Composition {
     }
 }
 
-const TWO: Composition = Composition {
+const TWO: SplittingComposition = SplittingComposition {
     stages: 1,
     a: &[1.0],
     b: &[0.5],
 };
 
-const FOUR: Composition = Composition {
+const FOUR: SplittingComposition = SplittingComposition {
     stages: 4,
     a: &[0.2041835327197221, 0.29581646728027794],
     b: &[
@@ -165,7 +165,7 @@ const FOUR: Composition = Composition {
     ],
 };
 
-const SIX: Composition = Composition {
+const SIX: SplittingComposition = SplittingComposition {
     stages: 5,
     a: &[0.1645635274955401, 0.3824380854505102, -0.09400322589210065],
     b: &[
@@ -175,7 +175,7 @@ const SIX: Composition = Composition {
     ],
 };
 
-const EIGHT: Composition = Composition {
+const EIGHT: SplittingComposition = SplittingComposition {
     stages: 12,
     a: &[
         0.1053660676085698,

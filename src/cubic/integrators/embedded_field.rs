@@ -31,7 +31,7 @@ pub(crate) const P_S: usize = 2;
 pub(crate) const P_V: usize = 3;
 
 /// Buffers for one evaluation.
-pub(crate) struct Field {
+pub(crate) struct EmbeddedField {
     k: usize,
     /// `G`, shape `(4k, 4k)`.
     products: Mat<f64>,
@@ -41,9 +41,9 @@ pub(crate) struct Field {
     square: Mat<f64>,
 }
 
-impl Field {
+impl EmbeddedField {
     pub(crate) fn new(k: usize) -> Self {
-        Field {
+        EmbeddedField {
             k,
             products: Mat::zeros(4 * k, 4 * k),
             coefficients: Mat::zeros(4 * k, 4 * k),
@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn field_is_the_symplectic_gradient_of_the_energy() {
         for (r, k) in [(2, 1), (3, 1), (3, 2), (5, 2), (4, 4)] {
-            let (z, mut field) = (state(r, k), Field::new(k));
+            let (z, mut field) = (state(r, k), EmbeddedField::new(k));
             let mut found = Mat::zeros(r, 4 * k);
             field.evaluate(z.as_ref(), found.as_mut());
             let mut expected = Mat::zeros(r, 4 * k);
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn constraints_are_constant_off_the_manifold() {
         for (r, k) in [(3, 1), (3, 2), (5, 2), (4, 4)] {
-            let (z, mut field) = (state(r, k), Field::new(k));
+            let (z, mut field) = (state(r, k), EmbeddedField::new(k));
             let mut rate = Mat::zeros(r, 4 * k);
             field.evaluate(z.as_ref(), rate.as_mut());
             let part = |a: &Mat<f64>, i: usize| a.as_ref().subcols(k * i, k).to_owned();

@@ -3,7 +3,7 @@
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 
-use super::embedded_field::{Field, P_S, P_V, S, V};
+use super::embedded_field::{EmbeddedField, P_S, P_V, S, V};
 use super::split_state::add_all;
 use super::trajectory::Observed;
 use crate::cubic::taylor::initial::InitialData;
@@ -33,12 +33,12 @@ pub(crate) struct EmbeddedState {
     low: Vec<f64>,
     /// `p_S S^T + p_V V^T` at the start.
     start: Mat<f64>,
-    field: Field,
-    work: Work,
+    field: EmbeddedField,
+    work: StateBuffers,
 }
 
 /// Buffers of a step.
-struct Work {
+struct StateBuffers {
     /// As long as the state.
     increment: Vec<f64>,
     next: Vec<f64>,
@@ -81,8 +81,8 @@ impl EmbeddedState {
             k,
             low: zeros(),
             start: Mat::zeros(r, r),
-            field: Field::new(k),
-            work: Work {
+            field: EmbeddedField::new(k),
+            work: StateBuffers {
                 increment: zeros(),
                 next: zeros(),
                 middle: zeros(),
@@ -131,7 +131,7 @@ impl EmbeddedState {
 
     /// Sets `next = h f(z + increment / 2)`.
     fn iterate(&mut self, h: f64) {
-        let Work {
+        let StateBuffers {
             increment,
             next,
             middle,
@@ -152,7 +152,7 @@ impl EmbeddedState {
     /// Replaces the increment by the next iterate; returns the largest change of a block, relative to the increments of
     /// a curve of that rate.
     fn change(&mut self, h: f64, rate: f64) -> f64 {
-        let Work {
+        let StateBuffers {
             increment, next, ..
         } = &mut self.work;
         for (old, new) in increment.iter_mut().zip(&*next) {
@@ -178,7 +178,7 @@ impl EmbeddedState {
     fn restore_momenta(&mut self) {
         let (r, k) = (self.r, self.k);
         let size = r * k;
-        let Work {
+        let StateBuffers {
             next,
             squares: [inner, symmetric, _],
             ..

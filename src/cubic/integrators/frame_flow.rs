@@ -60,7 +60,7 @@ pub(crate) struct FrameState {
     quotient: Quotient,
     start: Vec<f64>,
     limits: [f64; MAX_TERMS],
-    work: Work,
+    work: FlowBuffers,
 }
 
 /// A matrix with the accumulated rounding errors of its sums.
@@ -82,7 +82,7 @@ impl Summed {
 }
 
 /// Buffers of a flow.
-struct Work {
+struct FlowBuffers {
     /// The generator, shape `(r, r)`.
     z: Vec<f64>,
     /// The last terms, `[commutator | power]`, shape `(r, 2r)`; their products with `z`; the sums of the terms.
@@ -108,7 +108,7 @@ impl FrameState {
             quotient: data.quotient,
             start: vec![0.0; r * r],
             limits: limits(),
-            work: Work {
+            work: FlowBuffers {
                 z: vec![0.0; r * r],
                 terms: vec![0.0; 2 * r * r],
                 products: vec![0.0; 2 * r * r],
@@ -163,7 +163,7 @@ impl FrameState {
         let r = self.r;
         set_generator(r, self.k, 1.0, &self.x.value, &mut self.work.z);
         set_generator(r, self.k, 1.0, &self.p.value, &mut self.work.terms);
-        let Work {
+        let FlowBuffers {
             z,
             terms,
             products,
@@ -180,7 +180,7 @@ impl FrameState {
     /// `g mu g^T`, in the first half of the sums.
     fn spatial_momentum(&mut self) -> &[f64] {
         let r = self.r;
-        let Work {
+        let FlowBuffers {
             terms,
             products,
             sums,
@@ -247,7 +247,7 @@ impl Observed for FrameState {
     fn observe(&mut self, [point, velocity, acceleration, jerk]: [&mut [f64]; 4]) {
         let (r, k) = (self.r, self.k);
         self.bracket();
-        let Work {
+        let FlowBuffers {
             terms,
             products,
             sums,
@@ -336,7 +336,7 @@ fn transpose(r: usize, a: &[f64], out: &mut [f64]) {
 }
 
 /// Sums both series from their first terms, and replaces the last commutator by `[Z, F]`.
-fn series(r: usize, k: usize, terms: usize, work: &mut Work) {
+fn series(r: usize, k: usize, terms: usize, work: &mut FlowBuffers) {
     match r {
         1 => fixed_series::<1>(terms, work),
         2 => fixed_series::<2>(terms, work),
@@ -352,7 +352,7 @@ fn series(r: usize, k: usize, terms: usize, work: &mut Work) {
     }
 }
 
-fn fixed_series<const R: usize>(terms: usize, work: &mut Work) {
+fn fixed_series<const R: usize>(terms: usize, work: &mut FlowBuffers) {
     vectorised(
         #[inline(always)]
         || sum_series(R, terms, work, fixed_product::<R>),
@@ -364,7 +364,7 @@ fn fixed_series<const R: usize>(terms: usize, work: &mut Work) {
 fn sum_series(
     r: usize,
     terms: usize,
-    work: &mut Work,
+    work: &mut FlowBuffers,
     product: impl Fn(&[f64], &[f64], &mut [f64]),
 ) {
     let size = r * r;

@@ -8,17 +8,17 @@ use super::trajectory::Observed;
 use crate::cubic::taylor::initial::{Horizontal, InitialData};
 use crate::error::Result;
 
-type Vector = [f64; 3];
+type SpaceVector = [f64; 3];
 
 /// A vector with the accumulated rounding errors of its sums.
 #[derive(Clone, Copy, Default)]
 struct Sum {
-    value: Vector,
-    low: Vector,
+    value: SpaceVector,
+    low: SpaceVector,
 }
 
 impl Sum {
-    fn of(value: Vector) -> Self {
+    fn of(value: SpaceVector) -> Self {
         Sum {
             value,
             low: [0.0; 3],
@@ -26,7 +26,7 @@ impl Sum {
     }
 
     #[inline(always)]
-    fn add(&mut self, increment: Vector) {
+    fn add(&mut self, increment: SpaceVector) {
         for i in 0..3 {
             add(&mut self.value[i], &mut self.low[i], increment[i]);
         }
@@ -44,7 +44,7 @@ pub(crate) struct SpaceState {
     /// 1 if the first component belongs to `m`, else 0.
     first: f64,
     tension: f64,
-    start: Vector,
+    start: SpaceVector,
 }
 
 impl SpaceState {
@@ -56,7 +56,7 @@ impl SpaceState {
         let bracket = cross(x, p);
         // mu_m = tau x - (j - [x, p]_m / 2) and mu_h = [x, p]_h.
         let tension = data.tension;
-        let mut mu: Vector = std::array::from_fn(|i| tension * x[i] + 0.5 * bracket[i] - j[i]);
+        let mut mu: SpaceVector = std::array::from_fn(|i| tension * x[i] + 0.5 * bracket[i] - j[i]);
         if first == 0.0 {
             mu[0] = bracket[0];
         }
@@ -75,22 +75,22 @@ impl SpaceState {
     }
 
     /// `g mu`, the axial vector of `g mu g^T` up to the sign of `det g`.
-    fn momentum(&self) -> Vector {
+    fn momentum(&self) -> SpaceVector {
         self.rows.map(|row| dot(row.value, self.mu.value))
     }
 
     /// The covariant jerk as a vector of `m`.
-    fn jerk(&self) -> Vector {
+    fn jerk(&self) -> SpaceVector {
         let bracket = cross(self.x.value, self.p.value);
         let (x, mu) = (self.x.value, self.mu.value);
-        let mut jerk: Vector =
+        let mut jerk: SpaceVector =
             std::array::from_fn(|i| self.tension * x[i] + 0.5 * bracket[i] - mu[i]);
         jerk[0] *= self.first;
         jerk
     }
 
     /// Writes the first `k` columns of `g v` for the skew matrix of an axial vector `v`.
-    fn lift(&self, v: Vector, out: &mut [f64]) {
+    fn lift(&self, v: SpaceVector, out: &mut [f64]) {
         let columns = [[0.0, v[2], -v[1]], [-v[2], 0.0, v[0]], [v[1], -v[0], 0.0]];
         for j in 0..self.k {
             for i in 0..3 {
@@ -108,7 +108,7 @@ impl SplitState for SpaceState {
         check_turn(square.sqrt())?;
         let [sine, versine, rest] = rotation_functions(square);
         // e^{-X} - I = -sine X + versine X^2; likewise for the mean of e^{-sX} over [0, 1].
-        let turned = |v: Vector, odd: f64, even: f64| -> Vector {
+        let turned = |v: SpaceVector, odd: f64, even: f64| -> SpaceVector {
             let once = cross(x, v);
             let twice = cross(x, once);
             std::array::from_fn(|i| even * twice[i] - odd * once[i])
@@ -116,7 +116,7 @@ impl SplitState for SpaceState {
         let mu = self.mu.value;
         let mean = turned(mu, versine, rest);
         let kick = self.x.value.map(|x| self.tension * x);
-        let mut impulse: Vector = std::array::from_fn(|i| h * (kick[i] - (mu[i] + mean[i])));
+        let mut impulse: SpaceVector = std::array::from_fn(|i| h * (kick[i] - (mu[i] + mean[i])));
         impulse[0] *= self.first;
         self.p.add(impulse);
         self.mu.add(turned(mu, sine, versine));
@@ -153,7 +153,7 @@ impl Observed for SpaceState {
     /// Defect of `g mu g^T`.
     fn momentum_defect(&mut self) -> f64 {
         let now = self.momentum();
-        let change: Vector = std::array::from_fn(|i| now[i] - self.start[i]);
+        let change: SpaceVector = std::array::from_fn(|i| now[i] - self.start[i]);
         dot(change, change).sqrt()
     }
 
@@ -165,7 +165,7 @@ impl Observed for SpaceState {
 }
 
 /// The axial vector of a vector of `m`.
-fn axial(v: &Horizontal) -> Vector {
+fn axial(v: &Horizontal) -> SpaceVector {
     let k = v.omega.nrows();
     let entry = |i: usize, j: usize| match (i < k, j < k) {
         (true, true) => v.omega[(i, j)],
@@ -177,7 +177,7 @@ fn axial(v: &Horizontal) -> Vector {
 }
 
 #[inline(always)]
-fn cross(a: Vector, b: Vector) -> Vector {
+fn cross(a: SpaceVector, b: SpaceVector) -> SpaceVector {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -186,7 +186,7 @@ fn cross(a: Vector, b: Vector) -> Vector {
 }
 
 #[inline(always)]
-fn dot(a: Vector, b: Vector) -> f64 {
+fn dot(a: SpaceVector, b: SpaceVector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 

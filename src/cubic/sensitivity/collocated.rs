@@ -8,7 +8,7 @@ use faer::{Mat, MatRef};
 
 use super::linear_flow::{LinearFlow, side_by_side};
 use crate::collocation::{LinearBoundary, are_resolved, linear_nodes, more_nodes};
-use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Horizontal;
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::packing::{pack, pack_blocks, pack_gradient, unpack};
@@ -21,7 +21,7 @@ use crate::interrupt::Interrupt;
 use crate::linalg::field::{accumulate, larger};
 
 /// Four tangent vectors: displacement and change of the velocity, at the start and at the end.
-type Ends = [Mat<f64>; 4];
+type EndVectors = [Mat<f64>; 4];
 
 /// The linearised equations, in the span of the curve and outside it.
 #[derive(Debug)]
@@ -123,7 +123,7 @@ impl Collocated {
     pub(crate) fn vary(
         &self,
         flow: &LinearFlow,
-        z: &Ends,
+        z: &EndVectors,
         interrupt: Interrupt<'_>,
     ) -> Result<Option<Varied>> {
         let (blocks, frames) = (flow.blocks(), self.end_frames(flow));
@@ -168,7 +168,7 @@ impl Collocated {
         &self,
         flow: &LinearFlow,
         varied: &Varied,
-        z: &Ends,
+        z: &EndVectors,
         times: &[f64],
     ) -> Vec<Mat<f64>> {
         let factors = self.factors(times);
@@ -204,7 +204,7 @@ impl Collocated {
         (times, cotangents): (&[f64], &[MatRef<'_, f64>]),
         by_start: Option<[&Mat<f64>; 2]>,
         interrupt: Interrupt<'_>,
-    ) -> Result<Option<Ends>> {
+    ) -> Result<Option<EndVectors>> {
         let (blocks, count) = (flow.blocks(), self.frames.len());
         let loads = self.loads(flow, times, cotangents);
         let mut by_displacements = vec![0.0; blocks.dim() * count];
@@ -237,7 +237,7 @@ impl Collocated {
                 .zip(direct)
                 .for_each(|(sum, x)| *sum += x);
         }
-        let mut out: Ends = std::array::from_fn(|i| {
+        let mut out: EndVectors = std::array::from_fn(|i| {
             let [x] = unpack(&by_ends[i], blocks);
             frames[i] * x.tangent()
         });
@@ -389,7 +389,7 @@ fn vectors_at(taylor: &PiecewiseTaylor, times: &[f64]) -> [Vec<f64>; 3] {
 
 /// Frames at the nodes relative to the one at the start: the points, and normals with `N' = -S b^T`.
 fn frames(taylor: &PiecewiseTaylor, nodes: &Nodes, x: &[f64]) -> Vec<Mat<f64>> {
-    let Sized { m, k, .. } = taylor.blocks;
+    let Sizes { m, k, .. } = taylor.blocks;
     let start = frame(&taylor.first);
     let (r, rows, size) = (taylor.r(), taylor.rows(), taylor.r() * m);
     let mut points: Vec<Mat<f64>> = Vec::with_capacity(nodes.len());
@@ -424,7 +424,7 @@ fn frames(taylor: &PiecewiseTaylor, nodes: &Nodes, x: &[f64]) -> Vec<Mat<f64>> {
 
 /// The frame of a state: its first `k` and its other columns.
 fn frame(state: &State) -> Mat<f64> {
-    let Sized { m, k, .. } = state.blocks;
+    let Sizes { m, k, .. } = state.blocks;
     let (r, s, e) = (m + k, state.s(), state.e());
     Mat::from_fn(r, r, |i, j| match j.checked_sub(k) {
         None => s[i + r * j],

@@ -11,7 +11,7 @@ use faer::{Mat, MatRef};
 use super::collocated::Collocated;
 use super::linear_flow::{LinearFlow, VARIATION};
 use super::linear_piece::LinearPiece;
-use super::linear_start::{Start, spanning};
+use super::linear_start::{LinearStart, spanning};
 use crate::cubic::riemannian_cubic::RiemannianCubic;
 use crate::cubic::taylor::packing::entries;
 use crate::curve::Curve;
@@ -79,7 +79,7 @@ impl LinearCubic {
 
     fn series(&self, interrupt: Interrupt<'_>) -> Result<&LinearPiece> {
         if self.series.get().is_none() {
-            let piece = LinearPiece::new(Start::of_flow(&self.flow), interrupt)?;
+            let piece = LinearPiece::new(LinearStart::of_flow(&self.flow), interrupt)?;
             let _ = self.series.set(piece);
         }
         Ok(self.series.get().expect("it was just set"))
@@ -152,7 +152,8 @@ impl LinearCubic {
         interrupt: Interrupt<'_>,
     ) -> Result<[Mat<f64>; 4]> {
         let loads = times.iter().copied().zip(cotangents.iter().copied());
-        let (on, beyond): (Vec<Load<'_>>, Vec<Load<'_>>) = loads.partition(|load| is_on(load.0));
+        let (on, beyond): (Vec<PointLoad<'_>>, Vec<PointLoad<'_>>) =
+            loads.partition(|load| is_on(load.0));
         let by_start = match beyond.is_empty() {
             true => None,
             false => {
@@ -185,7 +186,7 @@ impl LinearCubic {
 }
 
 /// A time and a cotangent there.
-type Load<'a> = (f64, MatRef<'a, f64>);
+type PointLoad<'a> = (f64, MatRef<'a, f64>);
 
 /// Whether the curve need not be integrated beyond its ends.
 pub(crate) fn is_on(t: f64) -> bool {
@@ -206,7 +207,7 @@ fn start_of(piece: &LinearPiece, z: &[Mat<f64>; 4]) -> [Mat<f64>; 2] {
 
 fn pulled_back(
     piece: &LinearPiece,
-    loads: &[Load<'_>],
+    loads: &[PointLoad<'_>],
     by_derivatives: Option<[&Mat<f64>; 2]>,
 ) -> [Mat<f64>; 4] {
     let mut found = piece.pull_back(loads.iter().copied());
@@ -391,6 +392,6 @@ mod tests {
         let flow = flow([3, 1], 0.0, 12.0, Quotient::Frames);
         let collocated = Collocated::new(&flow, None, Interrupt::NEVER).unwrap();
         assert!(collocated.is_none());
-        assert!(LinearPiece::new(Start::of_flow(&flow), Interrupt::NEVER).is_ok());
+        assert!(LinearPiece::new(LinearStart::of_flow(&flow), Interrupt::NEVER).is_ok());
     }
 }

@@ -30,9 +30,9 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::variation::{Reached, start, vary};
-use crate::cubic::taylor::blocks::{Blocks, Sized};
+use crate::cubic::taylor::blocks::{BlockSizes, Sizes};
 use crate::cubic::taylor::initial::{Horizontal, InitialData};
-use crate::cubic::taylor::march::{Accuracy, March};
+use crate::cubic::taylor::march::{Accuracy, TaylorMarch};
 use crate::cubic::taylor::state::State;
 use crate::cubic::turning::{bracket, turned};
 use crate::curve::sampling::check_parameter;
@@ -54,7 +54,7 @@ pub(crate) struct LinearFlow {
 }
 
 /// A time relative to the start and a cotangent there, in the coordinates of the frame at the start, shape `(r, k)`.
-type Load = (f64, Mat<f64>);
+type FlowLoad = (f64, Mat<f64>);
 
 impl LinearFlow {
     /// Built from point, velocity, covariant acceleration and covariant jerk at the start, shape `(n, k)`, and the
@@ -82,7 +82,7 @@ impl LinearFlow {
 
     /// Built from the start of a curve in the coordinates of a basis.
     pub(crate) fn of_taylor(start: &State, basis: Option<Mat<f64>>) -> Self {
-        let Sized { m, k, quotient, .. } = start.blocks;
+        let Sizes { m, k, quotient, .. } = start.blocks;
         let r = m + k;
         let horizontal = |order: usize| Horizontal {
             omega: MatRef::from_column_major_slice(start.omega(order), k, k).to_owned(),
@@ -106,10 +106,10 @@ impl LinearFlow {
     }
 
     /// Rows and columns of the blocks in the span.
-    pub(crate) fn blocks(&self) -> Sized {
+    pub(crate) fn blocks(&self) -> Sizes {
         let k = self.data.velocity.omega.nrows();
         let m = self.frame.ncols() - k;
-        Sized::new(m, k, self.data.quotient)
+        Sizes::new(m, k, self.data.quotient)
     }
 
     /// Whether there are directions orthogonal to the span.
@@ -188,7 +188,7 @@ impl LinearFlow {
         interrupt: Interrupt<'_>,
     ) -> Result<[Mat<f64>; 4]> {
         let low = cotangents.iter().map(|w| self.frame.transpose() * w);
-        let mut loads: Vec<Load> = times.iter().copied().zip(low).collect();
+        let mut loads: Vec<FlowLoad> = times.iter().copied().zip(low).collect();
         // From the latest time down to the start, and from the earliest up to it.
         loads.sort_by(|one, other| other.0.total_cmp(&one.0));
         let later = loads.partition_point(|load| load.0 >= 0.0);
@@ -245,9 +245,13 @@ impl LinearFlow {
     }
 
     /// Collects the loads on one side of the start, the farthest first.
-    fn carried_back(&self, loads: &[Load], interrupt: Interrupt<'_>) -> Result<[Horizontal; 4]> {
+    fn carried_back(
+        &self,
+        loads: &[FlowLoad],
+        interrupt: Interrupt<'_>,
+    ) -> Result<[Horizontal; 4]> {
         let blocks = self.blocks();
-        let mut march = March::<Dual<1>, Sized>::new(blocks, Accuracy::FULL);
+        let mut march = TaylorMarch::<Dual<1>, Sizes>::new(blocks, Accuracy::FULL);
         start(&mut march, &self.data, &[]);
         for (time, cotangent) in loads {
             march.run(*time, interrupt, &mut |_, _, _| Ok(()))?;
@@ -269,7 +273,7 @@ impl LinearFlow {
         times: &[f64],
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<Mat<f64>>> {
-        let blocks = Sized {
+        let blocks = Sizes {
             m: self.blocks().m + 1,
             ..self.blocks()
         };
@@ -306,8 +310,8 @@ pub(crate) fn side_by_side(matrices: &[MatRef<'_, f64>]) -> Mat<f64> {
 }
 
 /// Adds a cotangent to the derivative part of `x''`.
-fn jump(march: &mut March<Dual<1>, Sized>, cotangent: MatRef<'_, f64>) {
-    let Sized { m, k, .. } = march.blocks;
+fn jump(march: &mut TaylorMarch<Dual<1>, Sizes>, cotangent: MatRef<'_, f64>) {
+    let Sizes { m, k, .. } = march.blocks;
     let mut here = Reached::none(march.blocks);
     here.read(march, 0);
     let bar = Horizontal::of_tangent(here.frame.as_ref(), cotangent);

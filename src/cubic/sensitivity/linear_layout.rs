@@ -6,17 +6,17 @@
 //! Square matrices with more than one column are represented by all columns but the last, which is determined by the
 //! others: the entries of `omega` in the last column become entries of `b`, with opposite sign.
 
-use super::linear_start::Start;
-use crate::cubic::taylor::blocks::Sized;
+use super::linear_start::LinearStart;
+use crate::cubic::taylor::blocks::Sizes;
 use crate::space::{Homogeneous, Quotient, Shape, in_space};
 
 /// Positions of the coordinates.
 #[derive(Debug)]
-pub(crate) struct Layout {
+pub(crate) struct LinearLayout {
     /// The space of the equations.
     pub(crate) shape: Shape,
     /// Includes the row outside the span, if there is one.
-    blocks: Sized,
+    blocks: Sizes,
     /// Coordinates of a vector in the span, and of the row.
     pub(crate) inside: Vec<usize>,
     pub(crate) row: Vec<usize>,
@@ -24,24 +24,24 @@ pub(crate) struct Layout {
     unchanged: usize,
 }
 
-impl Layout {
+impl LinearLayout {
     /// For curves in spans with the given blocks.
-    pub(crate) fn of(inner: Sized, has_rows: bool) -> Self {
-        let blocks = Sized {
+    pub(crate) fn of(inner: Sizes, has_rows: bool) -> Self {
+        let blocks = Sizes {
             m: inner.m + usize::from(has_rows),
             ..inner
         };
         let (d, k) = (blocks.dim(), blocks.k);
         let is_square = blocks.m == 0 && k > 1 && blocks.quotient == Quotient::Frames;
         let (shape, unchanged) = match is_square {
-            true => (Sized::frames(1, k - 1).shape(), d + 1 - k),
+            true => (Sizes::frames(1, k - 1).shape(), d + 1 - k),
             false => (blocks.shape(), d),
         };
         let mut is_row = vec![false; d];
         in_space!(blocks.shape(), |space| space
             .each_entry(|p, i, _| is_row[p] = i >= inner.m + inner.k));
         let (row, inside) = (0..d).partition(|p| is_row[*p]);
-        Layout {
+        LinearLayout {
             shape,
             blocks,
             inside,
@@ -56,7 +56,7 @@ impl Layout {
     }
 
     /// `x, x', x''` at the start of a curve, in the space of the equations.
-    pub(crate) fn vectors(&self, start: &Start) -> [Vec<f64>; 3] {
+    pub(crate) fn vectors(&self, start: &LinearStart) -> [Vec<f64>; 3] {
         start.vectors.each_ref().map(|x| {
             let mut all = vec![0.0; self.blocks.dim()];
             for (p, x) in self.inside.iter().zip(x) {

@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use faer::{Mat, MatRef};
 
-use super::linear_layout::Layout;
-use super::linear_start::Start;
-use crate::cubic::taylor::blocks::{Blocks, Sized};
+use super::linear_layout::LinearLayout;
+use super::linear_start::LinearStart;
+use crate::cubic::taylor::blocks::{BlockSizes, Sizes};
 use crate::cubic::taylor::packing::{entries, pack_gradient, read_vector, write_vector};
 use crate::curve::barycentric::Barycentric;
 use crate::error::Result;
@@ -18,32 +18,32 @@ use crate::interrupt::Interrupt;
 use crate::linalg::field::{accumulate, add};
 use crate::linalg::lanes::LANES;
 use crate::linalg::product::{columns, columns_mut, mul_add, mul_into};
-use crate::shooting::{LinearCurve, Part, linearise, linearise_all};
+use crate::shooting::{CurvePart, LinearCurve, linearise, linearise_all};
 use crate::threads;
 
 /// Microseconds of up to eight cubics of rotations; 940 on St(4,2).
 const GROUP: f64 = 100.0;
 
 /// Displacement and change of the velocity, at the start and at the end.
-pub(crate) type Ends = [Vec<f64>; 4];
+pub(crate) type PieceEnds = [Vec<f64>; 4];
 
 /// A cubic on `[0, 1]`, linearised.
 #[derive(Debug)]
 pub(crate) struct LinearPiece {
     pub(crate) n: usize,
-    pub(crate) blocks: Sized,
+    pub(crate) blocks: Sizes,
     tension: f64,
     /// The frames at both ends, shape `(n, r)` by columns, whose columns span the curve.
     frames: [Vec<f64>; 2],
-    pub(crate) inside: Response,
+    pub(crate) inside: PieceResponse,
     /// The response in a row outside the span; `None` if the span is all of `R^n`.
-    pub(crate) outside: Option<Response>,
-    parts: Vec<Place>,
+    pub(crate) outside: Option<PieceResponse>,
+    parts: Vec<PointsOfPart>,
 }
 
 /// The response to `(u_0, w_0, u_1, w_1)`, each of a number of coordinates, in row-major order.
 #[derive(Debug)]
-pub(crate) struct Response {
+pub(crate) struct PieceResponse {
     /// The second derivative of half the cost.
     pub(crate) stiffness: Vec<f64>,
     /// Displacements at the points of every part.
@@ -52,7 +52,7 @@ pub(crate) struct Response {
 
 /// The points of a part of the curve.
 #[derive(Debug)]
-struct Place {
+struct PointsOfPart {
     start: f64,
     length: f64,
     through: Arc<Barycentric>,
@@ -66,8 +66,8 @@ impl LinearPiece {
     /// # Errors
     /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`; `InvalidArgument` if a leg would take too
     /// much memory.
-    pub(crate) fn new(start: Start, interrupt: Interrupt<'_>) -> Result<Self> {
-        let layout = Layout::of(start.blocks, start.has_rows());
+    pub(crate) fn new(start: LinearStart, interrupt: Interrupt<'_>) -> Result<Self> {
+        let layout = LinearLayout::of(start.blocks, start.has_rows());
         let vectors = layout.vectors(&start);
         let curve = linearise(layout.shape, vectors, start.tension, interrupt)?;
         Ok(Self::of_curve(start, &layout, curve))
@@ -77,18 +77,18 @@ impl LinearPiece {
     ///
     /// # Errors
     /// As [`LinearPiece::new`].
-    pub(crate) fn all(starts: Vec<Start>, interrupt: Interrupt<'_>) -> Result<Vec<Self>> {
+    pub(crate) fn all(starts: Vec<LinearStart>, interrupt: Interrupt<'_>) -> Result<Vec<Self>> {
         // Curves that need about equally many terms together.
-        let mut sorted: Vec<(usize, Start)> = starts.into_iter().enumerate().collect();
+        let mut sorted: Vec<(usize, LinearStart)> = starts.into_iter().enumerate().collect();
         sorted.sort_by_cached_key(|(_, start)| {
             let blocks = start.blocks;
             (blocks.m, blocks.are_subspaces(), start.speed().to_bits())
         });
-        let is_alike = |one: &Start, other: &Start| {
+        let is_alike = |one: &LinearStart, other: &LinearStart| {
             let [one, other] = [one.blocks, other.blocks];
             (one.m, one.quotient) == (other.m, other.quotient)
         };
-        let mut groups: Vec<Vec<(usize, Start)>> = Vec::new();
+        let mut groups: Vec<Vec<(usize, LinearStart)>> = Vec::new();
         for (index, start) in sorted {
             match groups.last_mut() {
                 Some(group) if group.len() < LANES && is_alike(&group[0].1, &start) => {
@@ -97,8 +97,8 @@ impl LinearPiece {
                 _ => groups.push(vec![(index, start)]),
             }
         }
-        let linear = |(): &mut (), _, group: &mut Vec<(usize, Start)>| {
-            let layout = Layout::of(group[0].1.blocks, group[0].1.has_rows());
+        let linear = |(): &mut (), _, group: &mut Vec<(usize, LinearStart)>| {
+            let layout = LinearLayout::of(group[0].1.blocks, group[0].1.has_rows());
             let vectors = group
                 .iter()
                 .map(|(_, start)| layout.vectors(start))
@@ -115,7 +115,7 @@ impl LinearPiece {
         Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
     }
 
-    fn of_curve(start: Start, layout: &Layout, curve: LinearCurve) -> Self {
+    fn of_curve(start: LinearStart, layout: &LinearLayout, curve: LinearCurve) -> Self {
         let LinearCurve {
             frame,
             stiffness,
@@ -132,7 +132,7 @@ impl LinearPiece {
             columns(&start.frame, n),
             relative,
         );
-        let response = |which: &[usize]| Response {
+        let response = |which: &[usize]| PieceResponse {
             stiffness: layout.selected(&stiffness, which),
             displacements: parts
                 .iter()
@@ -141,7 +141,7 @@ impl LinearPiece {
         };
         let inside = response(&layout.inside);
         let outside = layout.has_row().then(|| response(&layout.row));
-        let place = |part: Part| Place {
+        let place = |part: CurvePart| PointsOfPart {
             start: part.start,
             length: part.length,
             frames: layout.frames(&part.frames, r),
@@ -160,7 +160,7 @@ impl LinearPiece {
 
     /// The change of the gradient of half the cost, `(x''_0, -x'_0, -x''_1, x'_1)`, for `(u_0, w_0, u_1, w_1)`, as
     /// tangent vectors; in tension with `x'' - tau x` in place of `x''`.
-    pub(crate) fn stiffness(&self, z: [&[f64]; 4]) -> Ends {
+    pub(crate) fn stiffness(&self, z: [&[f64]; 4]) -> PieceEnds {
         let mut out = self.product(z, |matrix| matrix);
         for (to, from, tau) in [(0, 1, -self.tension), (2, 3, self.tension)] {
             if tau != 0.0 {
@@ -178,7 +178,7 @@ impl LinearPiece {
     }
 
     /// The gradient with respect to `(u_0, w_0, u_1, w_1)` of a function of `x'` and `x''` at the start with the given one.
-    pub(crate) fn pull_back_start(&self, [by_first, by_second]: [&[f64]; 2]) -> Ends {
+    pub(crate) fn pull_back_start(&self, [by_first, by_second]: [&[f64]; 2]) -> PieceEnds {
         let first: Vec<f64> = by_first.iter().map(|x| -x).collect();
         let zero = vec![0.0; first.len()];
         self.product([by_second, &first, &zero, &zero], |matrix| {
@@ -188,7 +188,7 @@ impl LinearPiece {
 
     /// The product of the second derivative, optionally transposed, with two tangent vectors at the start and two at the
     /// end.
-    fn product(&self, z: [&[f64]; 4], view: fn(MatRef<'_, f64>) -> MatRef<'_, f64>) -> Ends {
+    fn product(&self, z: [&[f64]; 4], view: fn(MatRef<'_, f64>) -> MatRef<'_, f64>) -> PieceEnds {
         let [size, width] = [self.blocks.dim(), self.blocks.k].map(|d| 4 * d);
         let mut found = vec![0.0; size];
         if size > 0 {
@@ -218,7 +218,7 @@ impl LinearPiece {
 
     /// The variations of the points at given times in `[0, 1]` for `(u_0, w_0, u_1, w_1)`.
     pub(crate) fn points(&self, z: [&[f64]; 4], times: &[f64]) -> Vec<Vec<f64>> {
-        let (n, Sized { k, .. }, r) = (self.n, self.blocks, self.r());
+        let (n, Sizes { k, .. }, r) = (self.n, self.blocks, self.r());
         let coordinates = self.coordinates(z);
         let off = self.outside.as_ref().map(|_| self.outside(&z));
         let mut at_points: Vec<Vec<f64>> = vec![Vec::new(); self.parts.len()];
@@ -261,8 +261,8 @@ impl LinearPiece {
     pub(crate) fn pull_back<'a>(
         &self,
         loads: impl Iterator<Item = (f64, MatRef<'a, f64>)>,
-    ) -> Ends {
-        let (n, Sized { k, .. }, r) = (self.n, self.blocks, self.r());
+    ) -> PieceEnds {
+        let (n, Sizes { k, .. }, r) = (self.n, self.blocks, self.r());
         let mut sums: Vec<Vec<f64>> = vec![Vec::new(); self.parts.len()];
         let mut rows = self.outside.as_ref().map(|_| vec![0.0; 4 * n * k]);
         let (mut low, mut factors) = (vec![0.0; r * k], Vec::new());
@@ -339,7 +339,7 @@ impl LinearPiece {
     }
 
     /// The displacement of a row outside the span by `(u_0, w_0, u_1, w_1)` there, shape `(k, 4 k)`.
-    fn row_response(&self, outside: &Response, part: usize, factors: &[f64]) -> Vec<f64> {
+    fn row_response(&self, outside: &PieceResponse, part: usize, factors: &[f64]) -> Vec<f64> {
         let size = 4 * self.blocks.k * self.blocks.k;
         let mut out = vec![0.0; size];
         let points = outside.displacements[part].chunks_exact(size);
@@ -351,7 +351,7 @@ impl LinearPiece {
 
     /// The part of the curve at a time, and the factors of the values at its points; `None` if points cannot move.
     fn part_at(&self, t: f64, factors: &mut Vec<f64>) -> Option<usize> {
-        let after = |place: &Place| place.start <= t;
+        let after = |place: &PointsOfPart| place.start <= t;
         let part = self.parts.partition_point(after).saturating_sub(1);
         let place = self.parts.get(part)?;
         factors.resize(place.through.len(), 0.0);
@@ -396,7 +396,7 @@ impl LinearPiece {
     }
 
     /// Tangent vectors from their coordinates in the span, and the rows outside it side by side.
-    fn lifted(&self, coordinates: &[f64], rows: Option<&[f64]>) -> Ends {
+    fn lifted(&self, coordinates: &[f64], rows: Option<&[f64]>) -> PieceEnds {
         let (n, r, d, k) = (self.n, self.r(), self.blocks.dim(), self.blocks.k);
         let mut low = vec![0.0; r * k];
         std::array::from_fn(|i| {

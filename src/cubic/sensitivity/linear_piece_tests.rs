@@ -4,8 +4,8 @@ use faer::Mat;
 
 use super::linear_flow::LinearFlow;
 use super::linear_flow::tests::{SHAPES, flow, tangent};
-use super::linear_piece::{Ends, LinearPiece};
-use super::linear_start::Start;
+use super::linear_piece::{LinearPiece, PieceEnds};
+use super::linear_start::LinearStart;
 use super::variation::vary;
 use crate::cubic::taylor::initial::Horizontal;
 use crate::cubic::taylor::packing::{entries, pack};
@@ -28,7 +28,7 @@ const CURVES: [(f64, f64); 7] = [
 
 const TIMES: [f64; 6] = [0.3, 0.0, 1.0, 0.71, 0.99, 1e-9];
 
-fn views_of(z: &Ends) -> [&[f64]; 4] {
+fn views_of(z: &PieceEnds) -> [&[f64]; 4] {
     z.each_ref().map(Vec::as_slice)
 }
 
@@ -37,7 +37,7 @@ fn matrix(n: usize, k: usize, seed: usize) -> Mat<f64> {
 }
 
 /// Tangent vectors at the ends of a curve.
-fn ends(flow: &LinearFlow, piece: &LinearPiece, seed: usize) -> Ends {
+fn ends(flow: &LinearFlow, piece: &LinearPiece, seed: usize) -> PieceEnds {
     let (n, k) = (flow.frame.nrows(), flow.blocks().k);
     std::array::from_fn(|i| {
         let point = piece.frame(i / 2).subcols(0, k);
@@ -74,7 +74,7 @@ fn each_curve(check: impl Fn(&LinearFlow, &str)) {
 fn ends_are_reached() {
     each_curve(|flow, what| {
         let blocks = flow.blocks();
-        let piece = LinearPiece::new(Start::of_flow(flow), Interrupt::NEVER).unwrap();
+        let piece = LinearPiece::new(LinearStart::of_flow(flow), Interrupt::NEVER).unwrap();
         let z = ends(flow, &piece, 3);
         let start = piece.at_start(views_of(&z));
         let (n, frame) = (flow.frame.nrows(), flow.frame.as_ref());
@@ -111,7 +111,7 @@ fn ends_are_reached() {
 fn points_are_those_of_dual_numbers() {
     each_curve(|flow, what| {
         let n = flow.frame.nrows();
-        let piece = LinearPiece::new(Start::of_flow(flow), Interrupt::NEVER).unwrap();
+        let piece = LinearPiece::new(LinearStart::of_flow(flow), Interrupt::NEVER).unwrap();
         let z = ends(flow, &piece, 5);
         let [a, b] = piece.at_start(views_of(&z));
         let start = [&z[0], &z[1], &a, &b].map(|x| columns(x, n).to_owned());
@@ -132,7 +132,7 @@ fn points_are_those_of_dual_numbers() {
 fn pulling_back_is_the_transpose() {
     each_curve(|flow, what| {
         let (n, k) = (flow.frame.nrows(), flow.blocks().k);
-        let piece = LinearPiece::new(Start::of_flow(flow), Interrupt::NEVER).unwrap();
+        let piece = LinearPiece::new(LinearStart::of_flow(flow), Interrupt::NEVER).unwrap();
         let z = ends(flow, &piece, 5);
         let cotangents: Vec<Mat<f64>> = (0..TIMES.len()).map(|i| matrix(n, k, 20 + i)).collect();
         let loads = TIMES.into_iter().zip(cotangents.iter().map(Mat::as_ref));
@@ -166,10 +166,10 @@ fn pulling_back_is_the_transpose() {
 fn eight_abreast_are_what_each_is_alone() {
     for shape in SHAPES {
         let flows = [0.1, 0.3, 0.5, 0.7, 0.2].map(|s| flow(shape, 0.5, s, Quotient::Frames));
-        let starts = flows.iter().map(Start::of_flow).collect();
+        let starts = flows.iter().map(LinearStart::of_flow).collect();
         let all = LinearPiece::all(starts, Interrupt::NEVER).unwrap();
         for (flow, piece) in flows.iter().zip(&all) {
-            let alone = LinearPiece::new(Start::of_flow(flow), Interrupt::NEVER).unwrap();
+            let alone = LinearPiece::new(LinearStart::of_flow(flow), Interrupt::NEVER).unwrap();
             let z = ends(flow, piece, 1);
             let [found, expected] =
                 [piece, &alone].map(|piece| piece.points(views_of(&z), &TIMES).concat());
@@ -192,7 +192,7 @@ fn curves_with_few_coefficients_are_resolved() {
             let state = [along(0, 1.0), along(1, v), along(1, -0.5 * b), along(1, b)];
             let views = state.each_ref().map(|x| x.as_ref());
             let flow = LinearFlow::new(views, 0.0, Quotient::Frames).unwrap();
-            let piece = LinearPiece::new(Start::of_flow(&flow), Interrupt::NEVER).unwrap();
+            let piece = LinearPiece::new(LinearStart::of_flow(&flow), Interrupt::NEVER).unwrap();
             let z = ends(&flow, &piece, 5);
             let [a, b] = piece.at_start(views_of(&z));
             let start = [&z[0], &z[1], &a, &b].map(|x| columns(x, n).to_owned());

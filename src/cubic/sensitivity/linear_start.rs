@@ -2,7 +2,7 @@
 
 use super::linear_flow::LinearFlow;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
-use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Horizontal;
 use crate::cubic::taylor::packing::{entries, pack, pack_blocks};
 use crate::cubic::taylor::state::State;
@@ -12,9 +12,9 @@ use crate::linalg::product::{columns, columns_mut, mul_into};
 
 /// The start of a curve.
 #[derive(Debug, Clone)]
-pub(crate) struct Start {
+pub(crate) struct LinearStart {
     /// The blocks of the span of the curve.
-    pub(crate) blocks: Sized,
+    pub(crate) blocks: Sizes,
     /// The frame, shape `(n, r)` by columns, whose columns span the curve.
     pub(crate) frame: Vec<f64>,
     /// Coordinates of `x, x', x''`.
@@ -28,16 +28,16 @@ pub(crate) struct Start {
 /// three vectors, with vectors in it.
 pub(crate) fn spanning(curve: &RiemannianCubic) -> Option<&State> {
     curve.state_of_taylor(0.0).filter(|state| {
-        let Sized { m, k, .. } = state.blocks;
+        let Sizes { m, k, .. } = state.blocks;
         m <= 3 * k && (m > 0 || m + k == curve.n())
     })
 }
 
-impl Start {
+impl LinearStart {
     pub(crate) fn of_flow(flow: &LinearFlow) -> Self {
         let (data, blocks) = (&flow.data, flow.blocks());
         let packed = |x: &Horizontal| pack(blocks, std::slice::from_ref(x));
-        Start {
+        LinearStart {
             blocks,
             frame: entries(flow.frame.as_ref()),
             vectors: [
@@ -62,8 +62,8 @@ impl Start {
             let flow = LinearFlow::new(views, curve.tension(), curve.quotient())?;
             return Ok(Self::of_flow(&flow));
         };
-        let Sized { m, k, quotient, .. } = state.blocks;
-        let (blocks, n) = (Sized::new(m, k, quotient), curve.n());
+        let Sizes { m, k, quotient, .. } = state.blocks;
+        let (blocks, n) = (Sizes::new(m, k, quotient), curve.n());
         let r = blocks.m + blocks.k;
         let low = &state.entries[..r * r];
         let frame = match curve.frame() {
@@ -83,7 +83,7 @@ impl Start {
             }
             out
         });
-        Ok(Start {
+        Ok(LinearStart {
             blocks,
             frame,
             vectors: std::array::from_fn(|_| vectors.next().unwrap_or_default()),

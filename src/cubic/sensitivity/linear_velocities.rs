@@ -3,8 +3,8 @@
 
 use faer::{Mat, MatRef};
 
-use super::linear_piece::{LinearPiece, Response};
-use crate::cubic::taylor::blocks::Sized;
+use super::linear_piece::{LinearPiece, PieceResponse};
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::packing::entries;
 use crate::linalg::field::add;
 use crate::linalg::product::{columns, columns_mut, mul_into};
@@ -14,7 +14,7 @@ impl LinearPiece {
     /// The second derivative of half the cost with respect to the velocities at both ends (rows and columns), in frames
     /// of shape `(n, r)` whose span contains the curve; shape `(d, d)` each, in row-major order.
     pub(crate) fn by_velocities(&self, frames: [MatRef<'_, f64>; 2]) -> [[Vec<f64>; 2]; 2] {
-        let Sized { m, k, quotient, .. } = self.blocks;
+        let Sizes { m, k, quotient, .. } = self.blocks;
         let (wide, half) = (frames[0].ncols() - k, quotient.turns(k));
         let given = half + wide * k;
         let normals = frames.map(|frame| frame.subcols(k, wide));
@@ -86,7 +86,7 @@ impl LinearPiece {
     }
 }
 
-impl Response {
+impl PieceResponse {
     /// The block of the second derivative belonging to the velocities at two ends.
     fn of_velocities(&self, row: usize, column: usize) -> MatRef<'_, f64> {
         let size = self.stiffness.len().isqrt();

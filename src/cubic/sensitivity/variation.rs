@@ -10,9 +10,9 @@
 
 use faer::Mat;
 
-use crate::cubic::taylor::blocks::{Blocks, Sized};
+use crate::cubic::taylor::blocks::{BlockSizes, Sizes};
 use crate::cubic::taylor::initial::{Horizontal, InitialData};
-use crate::cubic::taylor::march::{Accuracy, March};
+use crate::cubic::taylor::march::{Accuracy, TaylorMarch};
 use crate::cubic::taylor::packing::pack;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -46,10 +46,10 @@ pub(crate) fn vary<const N: usize>(
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<Reached>> {
     let k = data.velocity.omega.nrows();
-    let blocks = Sized::new(data.velocity.normal.nrows() + extra, k, data.quotient);
+    let blocks = Sizes::new(data.velocity.normal.nrows() + extra, k, data.quotient);
     let mut out: Vec<Reached> = Vec::new();
     out.resize_with(times.len(), || Reached::none(blocks));
-    let mut march = March::<Dual<N>, Sized>::new(blocks, Accuracy::FULL);
+    let mut march = TaylorMarch::<Dual<N>, Sizes>::new(blocks, Accuracy::FULL);
     // A curve without degrees of freedom still has a frame.
     let passes = directions
         .chunks(N)
@@ -70,7 +70,7 @@ pub(crate) fn vary<const N: usize>(
 
 impl Reached {
     /// An empty set of variations.
-    pub(crate) fn none(blocks: Sized) -> Self {
+    pub(crate) fn none(blocks: Sizes) -> Self {
         let r = blocks.m + blocks.k;
         Reached {
             quotient: blocks.quotient,
@@ -81,8 +81,12 @@ impl Reached {
     }
 
     /// Appends the variations of the state that a march has reached.
-    pub(crate) fn read<const N: usize>(&mut self, march: &March<Dual<N>, Sized>, count: usize) {
-        let Sized { m, k, .. } = march.blocks;
+    pub(crate) fn read<const N: usize>(
+        &mut self,
+        march: &TaylorMarch<Dual<N>, Sizes>,
+        count: usize,
+    ) {
+        let Sizes { m, k, .. } = march.blocks;
         let (r, series) = (m + k, &march.series);
         let frame = |i: usize, j: usize| match j.checked_sub(k) {
             None => &series.s()[i + r * j],
@@ -111,7 +115,7 @@ impl Reached {
     pub(crate) fn displaced(&self, u: &Horizontal) -> [Horizontal; 4] {
         let (m, k) = u.normal.shape();
         let turn = self.frame.transpose() * (u.matrix() * &self.frame);
-        let still = std::array::from_fn(|_| Horizontal::zeros(Sized::frames(m, k)));
+        let still = std::array::from_fn(|_| Horizontal::zeros(Sizes::frames(m, k)));
         self.split(&turn, still)
     }
 
@@ -139,11 +143,11 @@ impl Reached {
 
 /// Places a march at the start of a curve, with the identity as its frame and derivatives with their variations.
 pub(crate) fn start<const N: usize>(
-    march: &mut March<Dual<N>, Sized>,
+    march: &mut TaylorMarch<Dual<N>, Sizes>,
     data: &InitialData,
     directions: &[[Horizontal; 3]],
 ) {
-    let Sized { m, k, .. } = march.blocks;
+    let Sizes { m, k, .. } = march.blocks;
     let longer = |x: &Horizontal| {
         let mut longer = x.clone();
         longer.normal.resize_with(m, k, |_, _| 0.0);

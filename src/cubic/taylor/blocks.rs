@@ -7,7 +7,7 @@ use crate::space::{Homogeneous, Kind, Quotient, ScalarField, Shape, in_space};
 /// Sizes of the blocks: `omega` is `(k, k)`, `b` is `(m, k)`, `s` is `(r, k)`, `e` is `(r, m)`.
 ///
 /// Zero rows at the end of `b`, `s` and `e`, and zero columns of `e`, are harmless padding that fills vector registers.
-pub(crate) trait Blocks: Copy + Send + Sync {
+pub(crate) trait BlockSizes: Copy + Send + Sync {
     /// Whether the compiler knows the sizes and unrolls the loops over them.
     const UNROLLED: bool;
 
@@ -44,9 +44,9 @@ pub(crate) trait Blocks: Copy + Send + Sync {
 
 /// Sizes known at compile time.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Fixed<const M: usize, const K: usize>;
+pub(crate) struct FixedSizes<const M: usize, const K: usize>;
 
-impl<const M: usize, const K: usize> Blocks for Fixed<M, K> {
+impl<const M: usize, const K: usize> BlockSizes for FixedSizes<M, K> {
     const UNROLLED: bool = true;
 
     #[inline(always)]
@@ -80,7 +80,7 @@ impl<const M: usize, const K: usize> Blocks for Fixed<M, K> {
 
 /// Sizes known at run time.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sized {
+pub(crate) struct Sizes {
     /// Rows of `b`, without padding.
     pub(crate) m: usize,
     pub(crate) k: usize,
@@ -89,15 +89,15 @@ pub(crate) struct Sized {
     pub(crate) field: ScalarField,
 }
 
-impl Sized {
+impl Sizes {
     /// Blocks of frames.
     pub(crate) fn frames(m: usize, k: usize) -> Self {
-        Sized::new(m, k, Quotient::Frames)
+        Sizes::new(m, k, Quotient::Frames)
     }
 
     /// Blocks with real coordinates.
     pub(crate) fn new(m: usize, k: usize, quotient: Quotient) -> Self {
-        Sized {
+        Sizes {
             m,
             k,
             quotient,
@@ -108,7 +108,7 @@ impl Sized {
     /// Blocks with coordinates over the field of a kind.
     pub(crate) fn of_kind(m: usize, k: usize, kind: Kind) -> Self {
         let Kind { quotient, field } = kind;
-        Sized {
+        Sizes {
             m,
             k,
             quotient,
@@ -132,7 +132,7 @@ impl Sized {
 
     /// The meaning and the scalars of the matrices.
     pub(crate) fn kind(self) -> Kind {
-        let Sized {
+        let Sizes {
             quotient, field, ..
         } = self;
         Kind { quotient, field }
@@ -144,7 +144,7 @@ impl Sized {
     }
 }
 
-impl Blocks for Sized {
+impl BlockSizes for Sizes {
     const UNROLLED: bool = false;
 
     #[inline(always)]
@@ -179,8 +179,8 @@ impl Blocks for Sized {
 /// Taylor coefficients of `(s, e)` and of `x, x', x''`; the blocks of each quantity are stored one after another, by
 /// columns.
 #[derive(Debug, Clone)]
-pub(crate) struct Series<T> {
-    /// All quantities, in the order of [`Parts`], in a single allocation.
+pub(crate) struct BlockSeries<T> {
+    /// All quantities, in the order of [`SeriesParts`], in a single allocation.
     entries: Vec<T>,
     lengths: [usize; PARTS],
     /// `tau` of the additional term `tau x'` in `x'''` of a cubic in tension.
@@ -189,8 +189,8 @@ pub(crate) struct Series<T> {
 
 const PARTS: usize = 16;
 
-/// The quantities of a [`Series`].
-pub(crate) struct Parts<'a, T> {
+/// The quantities of a [`BlockSeries`].
+pub(crate) struct SeriesParts<'a, T> {
     pub(crate) s: &'a mut [T],
     pub(crate) e: &'a mut [T],
     /// Coefficients of `omega, omega', omega''`.
@@ -212,9 +212,9 @@ pub(crate) struct Parts<'a, T> {
     pub(crate) tension: Option<T>,
 }
 
-impl<T: Number> Series<T> {
+impl<T: Number> BlockSeries<T> {
     /// Zero coefficients up to the given order.
-    pub(crate) fn zeros(blocks: impl Blocks, order: usize) -> Self {
+    pub(crate) fn zeros(blocks: impl BlockSizes, order: usize) -> Self {
         let (r, m, k) = (blocks.r::<T>(), blocks.m::<T>(), blocks.k());
         let series = |block: usize| block * (order + 1);
         let (square, tall) = (series(k * k), series(m * k));
@@ -237,7 +237,7 @@ impl<T: Number> Series<T> {
             m * k,
             r * m.max(k),
         ];
-        Series {
+        BlockSeries {
             entries: vec![T::ZERO; lengths.iter().sum()],
             lengths,
             tension: None,
@@ -250,7 +250,7 @@ impl<T: Number> Series<T> {
     }
 
     #[inline(always)]
-    pub(crate) fn parts(&mut self) -> Parts<'_, T> {
+    pub(crate) fn parts(&mut self) -> SeriesParts<'_, T> {
         let mut rest = self.entries.as_mut_slice();
         let [
             s,
@@ -272,7 +272,7 @@ impl<T: Number> Series<T> {
         ] = self
             .lengths
             .map(|length| rest.split_off_mut(..length).expect("lengths add up"));
-        Parts {
+        SeriesParts {
             s,
             e,
             omega: [o0, o1, o2],
@@ -316,7 +316,7 @@ impl<T: Number> Series<T> {
 
 /// Whether all Cauchy sums of one order fit into registers.
 #[inline(always)]
-pub(crate) fn are_few<T: Number, B: Blocks>(blocks: B) -> bool {
+pub(crate) fn are_few<T: Number, B: BlockSizes>(blocks: B) -> bool {
     let (r, m, k) = (blocks.r::<T>(), blocks.m::<T>(), blocks.k());
     B::UNROLLED && m > 0 && r * k.max(m) <= T::REGISTERS && m * k * k <= T::REGISTERS
 }

@@ -8,8 +8,8 @@
 //!
 //! with the horizontal part `hor(Y) = (skew(Y_1), Y_2)`, where `Y_1` and `Y_2` are the upper and the lower block.
 
-use super::blocks::Blocks;
-use super::march::March;
+use super::blocks::BlockSizes;
+use super::march::TaylorMarch;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::Number;
@@ -45,7 +45,7 @@ pub(crate) struct Target {
 }
 
 /// The equations, and the distance of the end from its target.
-pub(crate) struct Residual<T> {
+pub(crate) struct EndResidual<T> {
     pub(crate) equations: Vec<T>,
     /// `(|S(1) - S1|^2 + |V(1) - V1|^2 / u^2)^(1/2)` with the unit `u` of velocities.
     pub(crate) distance: f64,
@@ -63,12 +63,12 @@ pub(crate) fn flat_inverse(equations: &[f64]) -> Vec<f64> {
 }
 
 /// Integrates from `y = (x', x'')` and compares the end with the target.
-pub(crate) fn evaluate<T: Number, B: Blocks>(
-    march: &mut March<T, B>,
+pub(crate) fn evaluate<T: Number, B: BlockSizes>(
+    march: &mut TaylorMarch<T, B>,
     target: &Target,
     y: &[T],
     interrupt: Interrupt<'_>,
-) -> Result<Residual<T>> {
+) -> Result<EndResidual<T>> {
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
     march.max_steps = allowed_steps(target.speed);
@@ -127,7 +127,7 @@ pub(crate) fn evaluate<T: Number, B: Blocks>(
         equations = embedding.of_real(&equations);
     }
     if distance.is_finite() {
-        return Ok(Residual {
+        return Ok(EndResidual {
             equations,
             distance,
         });

@@ -5,7 +5,7 @@
 //! `sum_i a_i b_{j-i}` are read forwards.
 
 use super::block_products::{add_product, add_tension, integrate, write_scaled};
-use super::blocks::{Blocks, Parts, block};
+use super::blocks::{BlockSizes, SeriesParts, block};
 use crate::linalg::dual::Number;
 
 /// Largest number of entries of a sum.
@@ -13,7 +13,11 @@ const FEW: usize = 16;
 
 /// Computes the coefficients of orders `1..=order` from those of order 0.
 #[inline(always)]
-pub(crate) fn expand<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize) {
+pub(crate) fn expand<T: Number>(
+    parts: &mut SeriesParts<'_, T>,
+    blocks: impl BlockSizes,
+    order: usize,
+) {
     let (m, k) = (blocks.m::<T>(), blocks.k());
     let (mk, k2) = (m * k, k * k);
     let (b, b1) = (&parts.b[0][..mk], &parts.b[1][..mk]);
@@ -31,7 +35,12 @@ pub(crate) fn expand<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, o
 
 /// Computes the coefficients of order `j + 1` from those up to order `j`.
 #[inline(always)]
-fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize, j: usize) {
+fn extend<T: Number>(
+    parts: &mut SeriesParts<'_, T>,
+    blocks: impl BlockSizes,
+    order: usize,
+    j: usize,
+) {
     let (r, m, k) = (blocks.r::<T>(), blocks.m::<T>(), blocks.k());
     let (rk, rm, mk, k2) = (r * k, r * m, m * k, k * k);
     let next = 1.0 / (j + 1) as f64;

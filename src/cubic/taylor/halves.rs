@@ -1,6 +1,6 @@
 //! Blocks of embedded complex matrices: the second half of the columns follows from the first half.
 
-use super::blocks::Blocks;
+use super::blocks::BlockSizes;
 use crate::linalg::dual::Number;
 
 /// Number of columns of blocks to compute; the others follow for complex blocks:
@@ -22,7 +22,7 @@ pub(crate) struct Halves {
 
 impl Halves {
     #[inline(always)]
-    pub(crate) fn new<B: Blocks>(blocks: B, padded: usize) -> Self {
+    pub(crate) fn new<B: BlockSizes>(blocks: B, padded: usize) -> Self {
         let (k, m) = (blocks.k(), blocks.normals());
         match blocks.are_complex() {
             false => Halves {

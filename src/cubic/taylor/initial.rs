@@ -3,7 +3,7 @@
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{ColMut, ColRef, Mat, MatMut, MatRef, Scale};
 
-use super::blocks::Sized;
+use super::blocks::Sizes;
 use crate::curve::span::Span;
 use crate::error::Result;
 use crate::linalg::complex_embedding::{embed_into, nearest};
@@ -23,7 +23,7 @@ pub(crate) struct Horizontal {
 }
 
 impl Horizontal {
-    pub(crate) fn zeros(blocks: Sized) -> Self {
+    pub(crate) fn zeros(blocks: Sizes) -> Self {
         Horizontal {
             omega: Mat::zeros(blocks.k, blocks.k),
             normal: Mat::zeros(blocks.m, blocks.k),
@@ -198,7 +198,7 @@ impl InitialData {
 pub(crate) struct Coordinates {
     /// As in [`InitialData`].
     pub(crate) frame: Option<Mat<f64>>,
-    pub(crate) blocks: Sized,
+    pub(crate) blocks: Sizes,
     /// `g`, then `omega` and `normal` of velocity, acceleration and jerk, in column-major order.
     pub(crate) entries: Vec<f64>,
 }
@@ -293,7 +293,7 @@ impl Coordinates {
                 normal[(r - k) * j..][..r - k].copy_from_slice(&from[r * j + k..][..r - k]);
             }
         }
-        let blocks = Sized::of_kind(r - k, k, kind);
+        let blocks = Sizes::of_kind(r - k, k, kind);
         Coordinates {
             frame,
             blocks,

@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::linalg::lanes::LANES;
 
 /// Legs of splines of one shape; block sizes are hidden.
-pub(crate) trait Leg: Send {
+pub(crate) trait LegMap: Send {
     /// Integrates from `start = (x, x', x'')`, `3d` numbers, to a knot with the frame `next`, shape `(r, r)`, by
     /// columns. Writes distance, velocity, acceleration and third vector, as far as `values` has room for them. Returns
     /// `|S(1) - S_1|`. The tension is in the time of the leg.
@@ -37,7 +37,7 @@ pub(crate) trait Leg: Send {
     /// per leg. All legs use the shortest step.
     ///
     /// # Errors
-    /// As [`Leg::arrive_into`], if one of the legs cannot be integrated.
+    /// As [`LegMap::arrive_into`], if one of the legs cannot be integrated.
     fn arrive_abreast_into(
         &mut self,
         start: &[Vec<f64>; LANES],
@@ -50,7 +50,7 @@ pub(crate) trait Leg: Send {
     /// The derivative of distance, velocity and acceleration with respect to the start, shape `(3d, 3d)`.
     ///
     /// # Errors
-    /// As [`Leg::arrive_into`].
+    /// As [`LegMap::arrive_into`].
     fn derivative(
         &mut self,
         start: &[f64],

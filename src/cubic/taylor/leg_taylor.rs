@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::blocks::{Blocks, Sized};
+use super::blocks::{BlockSizes, Sizes};
 use super::piecewise_taylor::PiecewiseTaylor;
 use super::state::State;
 use crate::legs::Dense;
@@ -17,12 +17,12 @@ pub(crate) fn leg_taylor(
     polynomials: &Dense,
     leg: usize,
     frame: Option<&Mat<f64>>,
-    solved: Sized,
+    solved: Sizes,
     columns: usize,
     tension: f64,
 ) -> PiecewiseTaylor {
     let r = solved.m + solved.k;
-    let blocks = Sized::new(r - columns, columns, solved.quotient);
+    let blocks = Sizes::new(r - columns, columns, solved.quotient);
     let dim = solved.dim();
     let (square, rows) = (r * r, blocks.r::<f64>());
     let terms = polynomials.order + 1;

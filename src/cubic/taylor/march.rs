@@ -7,7 +7,7 @@
 
 use std::borrow::Cow;
 
-use super::blocks::{Blocks, Series, block};
+use super::blocks::{BlockSeries, BlockSizes, block};
 use super::embedding::Embedding;
 use super::recurrence::expand;
 use crate::error::{Error, Result};
@@ -61,13 +61,13 @@ impl Accuracy {
 }
 
 /// What is called for every step, with the series, the start and the signed length.
-type Visit<'a, T> = dyn FnMut(&Series<T>, f64, f64) -> Result<()> + 'a;
+type Visit<'a, T> = dyn FnMut(&BlockSeries<T>, f64, f64) -> Result<()> + 'a;
 
 /// A state integrated along the flow. It is stored as the coefficients of order 0 of the series.
 #[derive(Debug, Clone)]
-pub(crate) struct March<T, B> {
+pub(crate) struct TaylorMarch<T, B> {
     pub(crate) blocks: B,
-    pub(crate) series: Series<T>,
+    pub(crate) series: BlockSeries<T>,
     pub(crate) accuracy: Accuracy,
     pub(crate) time: f64,
     pub(crate) steps: usize,
@@ -78,12 +78,12 @@ pub(crate) struct March<T, B> {
     pub(crate) embedding: Option<Embedding>,
 }
 
-impl<T: Number, B: Blocks> March<T, B> {
+impl<T: Number, B: BlockSizes> TaylorMarch<T, B> {
     /// A march at time 0 with all entries zero.
     pub(crate) fn new(blocks: B, accuracy: Accuracy) -> Self {
-        March {
+        TaylorMarch {
             blocks,
-            series: Series::zeros(blocks, accuracy.order),
+            series: BlockSeries::zeros(blocks, accuracy.order),
             accuracy,
             time: 0.0,
             steps: 0,

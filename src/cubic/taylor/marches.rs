@@ -4,11 +4,11 @@ use std::ops::Mul;
 
 use faer::{Mat, MatRef};
 
-use super::blocks::{Blocks, Series, Sized};
+use super::blocks::{BlockSeries, BlockSizes, Sizes};
 use super::end_equations::{MAX_STEPS, allowed_steps};
 use super::initial::{Coordinates, Horizontal};
-use super::leg::Leg;
-use super::march::{Accuracy, March};
+use super::leg::LegMap;
+use super::march::{Accuracy, TaylorMarch};
 use super::state::State;
 use super::work::{Work, work_of_step};
 use crate::error::{Error, Result};
@@ -22,17 +22,17 @@ const ABREAST_WORK: f64 = 4.0;
 
 /// A pass of dual numbers carries `N` directions.
 pub(crate) struct Marches<'a, B, const N: usize> {
-    plain: March<f64, B>,
-    abreast: Option<March<Lanes, B>>,
-    several: Option<March<Dual<N>, B>>,
+    plain: TaylorMarch<f64, B>,
+    abreast: Option<TaylorMarch<Lanes, B>>,
+    several: Option<TaylorMarch<Dual<N>, B>>,
     scratch: Vec<f64>,
     work: f64,
     interrupt: Interrupt<'a>,
 }
 
-impl<'a, B: Blocks, const N: usize> Marches<'a, B, N> {
+impl<'a, B: BlockSizes, const N: usize> Marches<'a, B, N> {
     pub(crate) fn new(blocks: B, interrupt: Interrupt<'a>) -> Self {
-        let mut plain = March::new(blocks, Accuracy::FULL);
+        let mut plain = TaylorMarch::new(blocks, Accuracy::FULL);
         plain.max_steps = MAX_STEPS;
         Marches {
             plain,
@@ -45,7 +45,7 @@ impl<'a, B: Blocks, const N: usize> Marches<'a, B, N> {
     }
 }
 
-impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
+impl<B: BlockSizes, const N: usize> LegMap for Marches<'_, B, N> {
     fn arrive_into(
         &mut self,
         start: &[f64],
@@ -81,7 +81,7 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
         let blocks = self.plain.blocks;
         let march = self
             .abreast
-            .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
+            .get_or_insert_with(|| TaylorMarch::new(blocks, Accuracy::FULL));
         (march.accuracy, march.max_steps) = (accuracy, self.plain.max_steps);
         march.series.tension = tension.iter().any(|x| *x != 0.0).then_some(Lanes(tension));
         let together = |size: usize, of: &dyn Fn(usize, usize) -> f64| -> Vec<Lanes> {
@@ -123,7 +123,7 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
         let blocks = self.plain.blocks;
         let several = self
             .several
-            .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
+            .get_or_insert_with(|| TaylorMarch::new(blocks, Accuracy::FULL));
         (several.accuracy, several.max_steps) = (accuracy, self.plain.max_steps);
         several.series.set_tension(tension);
         let (interrupt, mut scratch) = (self.interrupt, Vec::new());
@@ -146,8 +146,8 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
 
 /// Integrates a leg, whose start and values are coordinates over the field of the blocks. Writes the final frame,
 /// relative to the next knot's frame, to the start of `scratch`.
-fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
-    march: &mut March<T, B>,
+fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: BlockSizes>(
+    march: &mut TaylorMarch<T, B>,
     start: &[T],
     next: &[M],
     interrupt: Interrupt<'_>,
@@ -169,8 +169,8 @@ fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
 }
 
 /// The values at the end of a march for vectors of `d` entries.
-fn write_values<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
-    march: &March<T, B>,
+fn write_values<T: Number + Mul<M, Output = T>, M: Copy, B: BlockSizes>(
+    march: &TaylorMarch<T, B>,
     d: usize,
     next: &[M],
     scratch: &mut Vec<T>,
@@ -224,8 +224,8 @@ fn write_values<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
 fn write_subspace<T: Number>(
     values: &mut [T],
     turn: &[T],
-    series: &Series<T>,
-    blocks: impl Blocks,
+    series: &BlockSeries<T>,
+    blocks: impl BlockSizes,
 ) {
     let (m, k, normals) = (blocks.normals(), blocks.k(), blocks.m::<T>());
     let r = m + k;
@@ -255,7 +255,7 @@ fn write_subspace<T: Number>(
 }
 
 /// The norm of the difference between the first columns and those of the identity.
-fn off_identity(turn: &[f64], blocks: impl Blocks) -> f64 {
+fn off_identity(turn: &[f64], blocks: impl BlockSizes) -> f64 {
     let (m, k) = (blocks.normals(), blocks.k());
     let r = m + k;
     // For subspaces, the distance from the span of those columns.
@@ -326,7 +326,7 @@ pub(crate) fn arrival(
         entries,
     } = Coordinates::of_checked([s, v, a, j], 1.0, kind);
     let mut state = State::of_coordinates(blocks, entries).in_tension(passage.tension);
-    let mut march = March::new(blocks, passage.accuracy);
+    let mut march = TaylorMarch::new(blocks, passage.accuracy);
     march.max_steps = MAX_STEPS;
     state.load(blocks, &mut march.series);
     let arrived = march.run(1.0, passage.interrupt, &mut |_, _, _| Ok(()));
@@ -334,7 +334,7 @@ pub(crate) fn arrival(
     passage.work.count(steps);
     arrived?;
     state.store(blocks, &march.series, 1.0);
-    let Sized { m, k, .. } = blocks;
+    let Sizes { m, k, .. } = blocks;
     let point = MatRef::from_column_major_slice(state.s(), m + k, k);
     let normals = MatRef::from_column_major_slice(state.e(), m + k, m);
     let horizontal = |derivative: usize| Horizontal {

@@ -6,6 +6,7 @@ pub(crate) mod embedding;
 pub(crate) mod end_equations;
 pub(crate) mod fused;
 pub(crate) mod halves;
+pub(crate) mod horner;
 pub(crate) mod initial;
 pub(crate) mod lazy_taylor;
 pub(crate) mod leg;

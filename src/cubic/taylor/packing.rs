@@ -1,13 +1,13 @@
 //! Vectors of `m` packed as coordinates.
 
-use super::blocks::Sized;
+use super::blocks::Sizes;
 use super::initial::Horizontal;
 use crate::linalg::product::Readable;
 use crate::space::{Homogeneous, in_space};
 
 /// The coordinates of vectors of `m`, one vector after another: for real vectors the entries of `omega` above the
 /// diagonal (unless `omega` is always zero), then the entries of `normal`.
-pub(crate) fn pack(blocks: Sized, vectors: &[Horizontal]) -> Vec<f64> {
+pub(crate) fn pack(blocks: Sizes, vectors: &[Horizontal]) -> Vec<f64> {
     let (k, d) = (blocks.k, blocks.dim());
     let mut all = vec![0.0; d * vectors.len()];
     for (n, vector) in vectors.iter().enumerate() {
@@ -24,8 +24,8 @@ pub(crate) fn pack(blocks: Sized, vectors: &[Horizontal]) -> Vec<f64> {
 }
 
 /// The coordinates of a real vector from its blocks: `omega`, then `normal`, in column-major order.
-pub(crate) fn pack_blocks(blocks: Sized, x: &[f64], out: &mut [f64]) {
-    let Sized { m, k, .. } = blocks;
+pub(crate) fn pack_blocks(blocks: Sizes, x: &[f64], out: &mut [f64]) {
+    let Sizes { m, k, .. } = blocks;
     in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
         out[p] = match i.checked_sub(k) {
             None => x[i + k * j],
@@ -36,7 +36,7 @@ pub(crate) fn pack_blocks(blocks: Sized, x: &[f64], out: &mut [f64]) {
 
 /// The gradient with respect to coordinates of a real vector, from the one with respect to its tangent vector at the
 /// identity, whose entries are `entry(i, j)`, shape `(m + k, k)`.
-pub(crate) fn pack_gradient(blocks: Sized, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+pub(crate) fn pack_gradient(blocks: Sizes, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     let mut gradient = vec![0.0; blocks.dim()];
     in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
         // Each entry of `omega` occurs twice.
@@ -49,7 +49,7 @@ pub(crate) fn pack_gradient(blocks: Sized, entry: impl Fn(usize, usize) -> f64) 
 }
 
 /// The inverse of [`pack`].
-pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N] {
+pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sizes) -> [Horizontal; N] {
     let (k, d) = (blocks.k, blocks.dim());
     std::array::from_fn(|n| {
         let y = &y[d * n..];
@@ -74,7 +74,7 @@ pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N
 
 /// Writes the vector `[omega; b]` with the given coordinates, or all of `[[omega, -b^T], [b, 0]]` if there is room for
 /// it.
-pub(crate) fn write_vector(out: &mut [f64], v: &[f64], r: usize, blocks: Sized) {
+pub(crate) fn write_vector(out: &mut [f64], v: &[f64], r: usize, blocks: Sizes) {
     let columns = out.len() / r;
     out.fill(0.0);
     let mut write = |i: usize, j: usize, entry: f64| {
@@ -94,12 +94,12 @@ pub(crate) fn write_vector(out: &mut [f64], v: &[f64], r: usize, blocks: Sized) 
 }
 
 /// Coordinates of the horizontal part of a vector at the first columns of the identity, by columns.
-pub(crate) fn read_vector(vector: &[f64], out: &mut [f64], r: usize, blocks: Sized) {
+pub(crate) fn read_vector(vector: &[f64], out: &mut [f64], r: usize, blocks: Sizes) {
     read_entries(|i, j| vector[i + r * j], out, blocks);
 }
 
 /// The same for a vector with the given entries.
-pub(crate) fn read_entries(entry: impl Fn(usize, usize) -> f64, out: &mut [f64], blocks: Sized) {
+pub(crate) fn read_entries(entry: impl Fn(usize, usize) -> f64, out: &mut [f64], blocks: Sizes) {
     let k = blocks.k;
     in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
         let entry = match i < k {

@@ -2,8 +2,9 @@
 
 use faer::{MatMut, MatRef};
 
-use super::blocks::{Blocks, Fixed, Series, Sized, block};
-use super::march::{Accuracy, March, SOLVER};
+use super::blocks::{BlockSeries, BlockSizes, FixedSizes, Sizes, block};
+use super::horner::{shift_into, shift_small_into, sum_into};
+use super::march::{Accuracy, SOLVER, TaylorMarch};
 use super::state::State;
 use crate::curve::gauss_legendre::{PANEL, POINTS};
 use crate::error::{Error, Result};
@@ -21,7 +22,7 @@ const SLACK: f64 = 8.0 * f64::EPSILON;
 
 /// One polynomial: the interval on which it is used, and its center of expansion.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Piece {
+pub(crate) struct TaylorPiece {
     pub(crate) lower: f64,
     pub(crate) upper: f64,
     pub(crate) center: f64,
@@ -30,9 +31,9 @@ pub(crate) struct Piece {
 /// The pieces in order of time, and the states at both ends.
 #[derive(Debug, Clone)]
 pub(crate) struct PiecewiseTaylor {
-    pub(crate) blocks: Sized,
+    pub(crate) blocks: Sizes,
     pub(crate) accuracy: Accuracy,
-    pub(crate) pieces: Vec<Piece>,
+    pub(crate) pieces: Vec<TaylorPiece>,
     /// Coefficients of the point, `(order + 1) rows k` per piece.
     pub(crate) points: Vec<f64>,
     /// Coefficients of `x`, `(order + 1) k (k + m)` per piece: order by order, `omega` before `b`.
@@ -63,7 +64,7 @@ impl PiecewiseTaylor {
         points: Vec<f64>,
         vectors: Vec<f64>,
     ) -> Self {
-        let piece = Piece {
+        let piece = TaylorPiece {
             lower: 0.0,
             upper: 1.0,
             center: 0.5,
@@ -153,29 +154,29 @@ impl PiecewiseTaylor {
         if self.covers(t) {
             return Ok(());
         }
-        let Sized { m, k, quotient, .. } = self.blocks;
+        let Sizes { m, k, quotient, .. } = self.blocks;
         // With sizes known only at run time, initial value problems of these shapes take 2.6 to 4.4 times as long.
         match (m, k) {
             // Lines are treated as points of the sphere.
             _ if quotient == Quotient::Subspaces && k > 1 => self.march(self.blocks, t, interrupt),
-            (0, 2) => self.march(Fixed::<0, 2>, t, interrupt),
-            (0, 3) => self.march(Fixed::<0, 3>, t, interrupt),
-            (1, 1) => self.march(Fixed::<1, 1>, t, interrupt),
-            (2, 1) => self.march(Fixed::<2, 1>, t, interrupt),
-            (3, 1) => self.march(Fixed::<3, 1>, t, interrupt),
-            (1, 2) => self.march(Fixed::<1, 2>, t, interrupt),
-            (2, 2) => self.march(Fixed::<2, 2>, t, interrupt),
-            (3, 2) => self.march(Fixed::<3, 2>, t, interrupt),
+            (0, 2) => self.march(FixedSizes::<0, 2>, t, interrupt),
+            (0, 3) => self.march(FixedSizes::<0, 3>, t, interrupt),
+            (1, 1) => self.march(FixedSizes::<1, 1>, t, interrupt),
+            (2, 1) => self.march(FixedSizes::<2, 1>, t, interrupt),
+            (3, 1) => self.march(FixedSizes::<3, 1>, t, interrupt),
+            (1, 2) => self.march(FixedSizes::<1, 2>, t, interrupt),
+            (2, 2) => self.march(FixedSizes::<2, 2>, t, interrupt),
+            (3, 2) => self.march(FixedSizes::<3, 2>, t, interrupt),
             _ => self.march(self.blocks, t, interrupt),
         }
     }
 
-    fn march(&mut self, blocks: impl Blocks, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
+    fn march(&mut self, blocks: impl BlockSizes, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
         let forward = t > self.last.time;
         // Steps with more terms than usual would be longer, with terms that cancel.
         let usual = self.accuracy.order.min(Accuracy::FULL.order);
         let accuracy = self.accuracy.with_order(usual);
-        let mut march = March::new(blocks, accuracy);
+        let mut march = TaylorMarch::new(blocks, accuracy);
         let from = if forward { &self.last } else { &self.first };
         from.load(blocks, &mut march.series);
         march.time = from.time;
@@ -197,7 +198,7 @@ impl PiecewiseTaylor {
                 return Err(Error::too_many_steps(SOLVER, count, left, length.abs()));
             }
             let end = start + length;
-            pieces.push(Piece {
+            pieces.push(TaylorPiece {
                 lower: start.min(end),
                 upper: start.max(end),
                 center: start,
@@ -383,63 +384,14 @@ pub(crate) fn square(x: &[f64], k2: usize) -> f64 {
     0.5 * square(omega) + square(b)
 }
 
-/// Taylor coefficients at `t` of a polynomial with blocks of `size` entries, up to the order of `out.len() - 1`.
-#[inline(always)]
-fn shift_into(coefficients: &[f64], size: usize, t: f64, out: &mut [&mut [f64]]) {
-    for sum in out.iter_mut() {
-        sum.fill(0.0);
-    }
-    for c in coefficients.chunks_exact(size).rev() {
-        for i in (1..out.len()).rev() {
-            let (lower, upper) = out.split_at_mut(i);
-            for (sum, below) in upper[0].iter_mut().zip(lower[i - 1].iter()) {
-                *sum = *sum * t + *below;
-            }
-        }
-        for (sum, c) in out[0].iter_mut().zip(c) {
-            *sum = *sum * t + *c;
-        }
-    }
-}
-
-/// As [`shift_into`], for blocks of `SIZE` entries: two to four coefficients of twelve entries, of a polynomial of 37 terms, take
-/// 60 to 76 ns instead of 323 to 478 ns.
-#[inline(always)]
-fn shift_small_into<const SIZE: usize>(coefficients: &[f64], t: f64, out: &mut [&mut [f64]]) {
-    match out.len() {
-        2 => shift_in_registers::<SIZE, 2>(coefficients, t, out),
-        3 => shift_in_registers::<SIZE, 3>(coefficients, t, out),
-        4 => shift_in_registers::<SIZE, 4>(coefficients, t, out),
-        _ => shift_into(coefficients, SIZE, t, out),
-    }
-}
-
-/// As [`shift_into`], for blocks of `SIZE` entries and `N` coefficients.
-#[inline(always)]
-fn shift_in_registers<const SIZE: usize, const N: usize>(
-    coefficients: &[f64],
-    t: f64,
-    out: &mut [&mut [f64]],
-) {
-    let mut sums = [[0.0; SIZE]; N];
-    for c in coefficients.chunks_exact(SIZE).rev() {
-        for i in (1..N).rev() {
-            for j in 0..SIZE {
-                sums[i][j] = sums[i][j] * t + sums[i - 1][j];
-            }
-        }
-        for j in 0..SIZE {
-            sums[0][j] = sums[0][j] * t + c[j];
-        }
-    }
-    for (out, sums) in out.iter_mut().zip(&sums) {
-        out.copy_from_slice(sums);
-    }
-}
-
 /// Appends the coefficients of `omega` and of `b` without its padding. All sizes come from the blocks, so that they are
 /// constants where the blocks are: with captured ones, a curve on the sphere takes 0.5 us more.
-fn push_vectors(blocks: impl Blocks, series: &Series<f64>, count: usize, out: &mut Vec<f64>) {
+fn push_vectors(
+    blocks: impl BlockSizes,
+    series: &BlockSeries<f64>,
+    count: usize,
+    out: &mut Vec<f64>,
+) {
     let (k, m, padded) = (blocks.k(), blocks.normals(), blocks.m::<f64>());
     let (omega, b) = (series.omega(0), series.b(0));
     for j in 0..count {
@@ -447,52 +399,6 @@ fn push_vectors(blocks: impl Blocks, series: &Series<f64>, count: usize, out: &m
         let b = &b[block(j, padded * k)];
         for col in 0..k {
             out.extend_from_slice(&b[padded * col..][..m]);
-        }
-    }
-}
-
-/// The value at `t` of a polynomial with blocks of `SIZE` entries.
-///
-/// Even and odd orders are summed separately, in powers of `t^2`, in registers: two short chains of additions instead
-/// of a long one.
-#[inline(always)]
-fn sum_into<const SIZE: usize>(coefficients: &[f64], t: f64, out: &mut [f64]) {
-    let square = t * t;
-    if square.is_infinite() {
-        // Zero times infinity: a curve at rest may be evaluated at any time.
-        return shift_into(coefficients, SIZE, t, &mut [out]);
-    }
-    let (mut even, mut odd) = ([0.0; SIZE], [0.0; SIZE]);
-    let mut pairs = coefficients.chunks_exact(2 * SIZE);
-    if let Ok(last) = <&[f64; SIZE]>::try_from(pairs.remainder()) {
-        even = *last;
-    }
-    while let Some(pair) = pairs.next_back() {
-        for i in 0..SIZE {
-            even[i] = even[i] * square + pair[i];
-            odd[i] = odd[i] * square + pair[SIZE + i];
-        }
-    }
-    for (out, (even, odd)) in out.iter_mut().zip(even.iter().zip(&odd)) {
-        *out = even + t * odd;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn blocks_of_known_size_are_shifted_like_others() {
-        const SIZE: usize = 12;
-        for (orders, t) in [(1, -0.7), (2, 1.3), (3, 0.0), (4, 0.4), (5, -1.1)] {
-            let coefficients: Vec<f64> = (0..7 * SIZE).map(|i| (1.0 + i as f64).sin()).collect();
-            let [mut known, mut any] = [(); 2].map(|()| vec![vec![7.0; SIZE]; orders]);
-            let mut room: Vec<&mut [f64]> = known.iter_mut().map(Vec::as_mut_slice).collect();
-            shift_small_into::<SIZE>(&coefficients, t, &mut room);
-            let mut room: Vec<&mut [f64]> = any.iter_mut().map(Vec::as_mut_slice).collect();
-            shift_into(&coefficients, SIZE, t, &mut room);
-            assert_eq!(known, any);
         }
     }
 }

@@ -18,7 +18,7 @@
 //! -[[x, x']_h, x]` is the one of frames with `n^T - n` in place of `omega''`.
 
 use super::block_products::{add_product, add_tension, integrate, write_scaled};
-use super::blocks::{Blocks, Parts, Series, are_few, block};
+use super::blocks::{BlockSeries, BlockSizes, SeriesParts, are_few, block};
 use super::fused;
 use super::halves::Halves;
 use super::rotation;
@@ -26,7 +26,11 @@ use crate::linalg::dual::Number;
 
 /// Computes the coefficients of orders `1..=order` from those of order 0.
 #[inline(always)]
-pub(crate) fn expand<T: Number>(series: &mut Series<T>, blocks: impl Blocks, order: usize) {
+pub(crate) fn expand<T: Number>(
+    series: &mut BlockSeries<T>,
+    blocks: impl BlockSizes,
+    order: usize,
+) {
     let (m, k) = (blocks.m::<T>(), blocks.k());
     let mut parts = series.parts();
     if rotation::fits(blocks) {
@@ -48,7 +52,7 @@ pub(crate) fn expand<T: Number>(series: &mut Series<T>, blocks: impl Blocks, ord
 
 /// Computes the coefficients of order `j + 1` from those up to order `j`.
 #[inline(always)]
-fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
+fn extend<T: Number, B: BlockSizes>(parts: &mut SeriesParts<'_, T>, blocks: B, j: usize) {
     let (r, m, k) = (blocks.r::<T>(), blocks.m::<T>(), blocks.k());
     let [omega, omega1, omega2] = &mut parts.omega;
     let [b, b1, b2] = &mut parts.b;
@@ -171,13 +175,18 @@ fn up_to(j: usize, size: usize) -> std::ops::Range<usize> {
 /// `out += sum_i a_i b_{j-i}` with factors of shapes `(rows, inner)` and `(inner, cols)`, for as many leading columns
 /// as `out` has.
 #[inline(always)]
-fn product<T: Number, B: Blocks>(out: &mut [T], a: &[T], b: &[T], shape: [usize; 3]) {
+fn product<T: Number, B: BlockSizes>(out: &mut [T], a: &[T], b: &[T], shape: [usize; 3]) {
     convolve::<T, B, false>(out, a, b, shape);
 }
 
 /// `out += sum_i a_i b_{j-i}^T` with factors of shapes `(rows, inner)` and `(cols, inner)`.
 #[inline(always)]
-fn product_transposed<T: Number, B: Blocks>(out: &mut [T], a: &[T], b: &[T], shape: [usize; 3]) {
+fn product_transposed<T: Number, B: BlockSizes>(
+    out: &mut [T],
+    a: &[T],
+    b: &[T],
+    shape: [usize; 3],
+) {
     convolve::<T, B, true>(out, a, b, shape);
 }
 
@@ -186,7 +195,7 @@ const FEW: usize = 16;
 
 /// `out += sum_i a_i b_{j-i}`, with the second factors optionally transposed.
 #[inline(always)]
-fn convolve<T: Number, B: Blocks, const TRANSPOSED: bool>(
+fn convolve<T: Number, B: BlockSizes, const TRANSPOSED: bool>(
     out: &mut [T],
     a: &[T],
     b: &[T],

@@ -8,7 +8,7 @@
 //!
 //! and in three dimensions both are cross products: 24 multiplications per pair of coefficients instead of 48.
 
-use super::blocks::{Blocks, Parts, block};
+use super::blocks::{BlockSizes, SeriesParts, block};
 use crate::linalg::dual::Number;
 
 /// Entries of `x` below the diagonal, and columns of the frame.
@@ -19,13 +19,17 @@ const ROWS: usize = 4;
 
 /// Whether the blocks are those of rotations.
 #[inline(always)]
-pub(crate) fn fits<B: Blocks>(blocks: B) -> bool {
+pub(crate) fn fits<B: BlockSizes>(blocks: B) -> bool {
     B::UNROLLED && matches!((blocks.normals(), blocks.k()), (1, 2) | (0, 3))
 }
 
 /// Computes the coefficients of orders `1..=order` from those of order 0.
 #[inline(always)]
-pub(crate) fn expand<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize) {
+pub(crate) fn expand<T: Number>(
+    parts: &mut SeriesParts<'_, T>,
+    blocks: impl BlockSizes,
+    order: usize,
+) {
     let (rows, k) = (blocks.r::<T>(), blocks.k());
     for j in 0..order {
         let next = 1.0 / (j + 1) as f64;
@@ -44,7 +48,7 @@ pub(crate) fn expand<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, o
 
 /// The coefficient of order `j` of `x'' x - x x''`, plus `tau x'` in tension.
 #[inline(always)]
-fn cross<T: Number>(parts: &Parts<'_, T>, k: usize, j: usize) -> [T; DIM] {
+fn cross<T: Number>(parts: &SeriesParts<'_, T>, k: usize, j: usize) -> [T; DIM] {
     let mut sums = [T::ZERO; DIM];
     let pairs = vectors(parts, k, 2, j).zip(vectors(parts, k, 0, j).rev());
     for ([a2, b2, c2], [a, b, c]) in pairs {
@@ -66,7 +70,7 @@ fn cross<T: Number>(parts: &Parts<'_, T>, k: usize, j: usize) -> [T; DIM] {
 
 /// Computes the coefficient of order `j + 1` of a few rows of the frame.
 #[inline(always)]
-fn turn<T: Number>(parts: &mut Parts<'_, T>, [rows, k]: [usize; 2], row: usize, j: usize) {
+fn turn<T: Number>(parts: &mut SeriesParts<'_, T>, [rows, k]: [usize; 2], row: usize, j: usize) {
     let mut sums = [[T::ZERO; ROWS]; DIM];
     let first = parts.s[..k * rows * (j + 1)].chunks_exact(k * rows);
     let (last, stride) = match k {
@@ -103,7 +107,7 @@ fn turn<T: Number>(parts: &mut Parts<'_, T>, [rows, k]: [usize; 2], row: usize, 
 /// The coefficients of `x` or a derivative up to order `j`.
 #[inline(always)]
 fn vectors<'a, T: Number>(
-    parts: &'a Parts<'_, T>,
+    parts: &'a SeriesParts<'_, T>,
     k: usize,
     derivative: usize,
     j: usize,
@@ -120,7 +124,7 @@ fn vectors<'a, T: Number>(
 
 #[inline(always)]
 fn write_vector<T: Number>(
-    parts: &mut Parts<'_, T>,
+    parts: &mut SeriesParts<'_, T>,
     k: usize,
     derivative: usize,
     j: usize,

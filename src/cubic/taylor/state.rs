@@ -2,14 +2,14 @@
 
 use faer::{Mat, MatMut, MatRef};
 
-use super::blocks::{Blocks, Series, Sized};
+use super::blocks::{BlockSeries, BlockSizes, Sizes};
 use super::initial::{Horizontal, add_bracket};
 
 /// Frame and derivatives of a cubic at one time, blocks in column-major order.
 #[derive(Debug, Clone)]
 pub(crate) struct State {
     pub(crate) time: f64,
-    pub(crate) blocks: Sized,
+    pub(crate) blocks: Sizes,
     /// `s, e`, then `omega` and `b`, `omega'` and `b'`, `omega''` and `b''`.
     pub(crate) entries: Vec<f64>,
     /// `tau` of the additional term `tau x'` in `x'''` of a cubic in tension.
@@ -20,12 +20,12 @@ impl State {
     /// The state at time 0, from an orthogonal frame of shape `(r, r)` and `x, x', x''`.
     pub(crate) fn new(g: &Mat<f64>, derivatives: [&Horizontal; 3]) -> Self {
         let (m, k) = derivatives[0].normal.shape();
-        Self::in_blocks(Sized::frames(m, k), g, derivatives)
+        Self::in_blocks(Sizes::frames(m, k), g, derivatives)
     }
 
     /// The same with given block sizes.
-    pub(crate) fn in_blocks(blocks: Sized, g: &Mat<f64>, derivatives: [&Horizontal; 3]) -> Self {
-        let Sized { m, k, .. } = blocks;
+    pub(crate) fn in_blocks(blocks: Sizes, g: &Mat<f64>, derivatives: [&Horizontal; 3]) -> Self {
+        let Sizes { m, k, .. } = blocks;
         let r = m + k;
         let mut entries = Vec::with_capacity(r * (r + 3 * k));
         let matrices = derivatives.iter().flat_map(|x| [&x.omega, &x.normal]);
@@ -38,12 +38,12 @@ impl State {
     }
 
     /// The state at time 0, from initial data: `x'' = j - [v, a]_m / 2`.
-    pub(crate) fn of_coordinates(blocks: Sized, mut entries: Vec<f64>) -> Self {
+    pub(crate) fn of_coordinates(blocks: Sizes, mut entries: Vec<f64>) -> Self {
         if blocks.are_subspaces() {
             // [m, m] is contained in h.
             return State::of_entries(blocks, 0.0, entries);
         }
-        let Sized { m, k, .. } = blocks;
+        let Sizes { m, k, .. } = blocks;
         let r = m + k;
         let (_, vectors) = entries.split_at_mut(r * r);
         let (known, last) = vectors.split_at_mut(2 * r * k);
@@ -65,7 +65,7 @@ impl State {
     }
 
     /// The state at a given time, from the blocks of the frame and of `x, x', x''`.
-    pub(crate) fn of_entries(blocks: Sized, time: f64, entries: Vec<f64>) -> Self {
+    pub(crate) fn of_entries(blocks: Sizes, time: f64, entries: Vec<f64>) -> Self {
         State {
             time,
             blocks,
@@ -82,13 +82,13 @@ impl State {
 
     /// The first `k` columns of the frame, shape `(r, k)`.
     pub(crate) fn s(&self) -> &[f64] {
-        let Sized { m, k, .. } = self.blocks;
+        let Sizes { m, k, .. } = self.blocks;
         &self.entries[..(m + k) * k]
     }
 
     /// The other columns, shape `(r, m)`.
     pub(crate) fn e(&self) -> &[f64] {
-        let Sized { m, k, .. } = self.blocks;
+        let Sizes { m, k, .. } = self.blocks;
         &self.entries[(m + k) * k..][..(m + k) * m]
     }
 
@@ -99,7 +99,7 @@ impl State {
 
     /// `b` or a derivative, shape `(m, k)`.
     pub(crate) fn b(&self, derivative: usize) -> &[f64] {
-        let Sized { m, k, .. } = self.blocks;
+        let Sizes { m, k, .. } = self.blocks;
         &self.entries[self.vector(derivative) + k * k..][..m * k]
     }
 
@@ -110,7 +110,7 @@ impl State {
     }
 
     /// Loads the state as the start of a march.
-    pub(crate) fn load(&self, blocks: impl Blocks, series: &mut Series<f64>) {
+    pub(crate) fn load(&self, blocks: impl BlockSizes, series: &mut BlockSeries<f64>) {
         let (k, m) = (blocks.k(), blocks.normals());
         let (rows, normals) = (blocks.r::<f64>(), blocks.m::<f64>());
         series.set_tension(self.tension);
@@ -124,7 +124,7 @@ impl State {
     }
 
     /// Stores the state that a march has reached.
-    pub(crate) fn store(&mut self, blocks: impl Blocks, series: &Series<f64>, time: f64) {
+    pub(crate) fn store(&mut self, blocks: impl BlockSizes, series: &BlockSeries<f64>, time: f64) {
         let (k, m) = (blocks.k(), blocks.normals());
         let (rows, normals) = (blocks.r::<f64>(), blocks.m::<f64>());
         self.time = time;

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::blocks::{Blocks, Sized};
+use super::blocks::{BlockSizes, Sizes};
 use crate::manifold::only_bases::Appearance;
 
 /// Work limit of a problem, about a second.
@@ -22,13 +22,13 @@ const OF_BASES: f64 = 0.3;
 const STEPS: f64 = 10.0;
 
 /// Multiplications for one order of one Taylor step, about `r k (2 r + k)`: the unit of work.
-pub(crate) fn work_of_step(blocks: impl Blocks) -> f64 {
+pub(crate) fn work_of_step(blocks: impl BlockSizes) -> f64 {
     let (m, k) = (blocks.normals() as f64, blocks.k() as f64);
     (m + k) * k * (2.0 * m + 3.0 * k)
 }
 
 /// Work of integrating a curve.
-pub(crate) fn work_of_curve(blocks: impl Blocks) -> f64 {
+pub(crate) fn work_of_curve(blocks: impl BlockSizes) -> f64 {
     STEPS * work_of_step(blocks)
 }
 
@@ -39,7 +39,7 @@ pub(crate) fn of_products(products: f64) -> f64 {
 
 /// Work of joining two points and carrying vectors along: products, and the iteration for the curve. Calibrated by
 /// times on St(3,1) to St(10,3) and St(8,4).
-pub(crate) fn work_of_join(blocks: Sized) -> f64 {
+pub(crate) fn work_of_join(blocks: Sizes) -> f64 {
     let [r, k] = [blocks.m + blocks.k, blocks.k].map(|size| (size as f64).powi(3));
     100.0 + 0.15 * r + 14.0 * k
 }

@@ -14,7 +14,7 @@ use crate::manifold::curvature::{SMALLEST_AREA, by_lengths};
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 
 /// A tangent vector, as its direction of length 1 (or 0 if no part of the vector is horizontal) and its length.
-struct Arrow {
+struct HorizontalArrow {
     direction: Mat<f64>,
     length: f64,
     /// Fraction of the given matrix that is horizontal: 1 up to the matrix's round-off, which may be all that remains
@@ -112,13 +112,18 @@ impl Grassmann {
     }
 
     /// Direction and length of the horizontal part of `v`, after checking that `v` is horizontal.
-    fn arrow(&self, name: &'static str, y: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Arrow> {
+    fn arrow(
+        &self,
+        name: &'static str,
+        y: MatRef<'_, f64>,
+        v: MatRef<'_, f64>,
+    ) -> Result<HorizontalArrow> {
         self.check_tangent(name, y, v, TANGENT_TOLERANCE)?;
         // Scaled first, so that the products of the projection neither overflow nor underflow.
         let size = norm(v);
         let part = horizontal_part(y, rescaled(v, size).as_ref());
         let share = norm(part.as_ref());
-        Ok(Arrow {
+        Ok(HorizontalArrow {
             direction: rescaled(part.as_ref(), share),
             length: share * size,
             share,

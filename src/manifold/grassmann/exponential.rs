@@ -41,7 +41,7 @@ fn versine(square: f64) -> f64 {
 }
 
 /// The factors of a geodesic.
-enum Turn {
+enum SpanFactors {
     /// Eigenvalues and eigenvectors of `V^T V`.
     Slow(SymmetricEigen),
     /// `V = Q diag(angles) W^T`.
@@ -54,7 +54,7 @@ enum Turn {
     },
 }
 
-impl Turn {
+impl SpanFactors {
     fn new(y: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Self> {
         let (n, k) = y.shape();
         let square = gram(v);
@@ -62,7 +62,7 @@ impl Turn {
             let mut eigen = SymmetricEigen::new(k);
             eigen.compute(square.as_ref())?;
             if eigen.value(k - 1) <= SLOW {
-                return Ok(Turn::Slow(eigen));
+                return Ok(SpanFactors::Slow(eigen));
             }
         }
         let mut curve = QuasiGeodesic::zeros(n, k);
@@ -73,7 +73,7 @@ impl Turn {
         let mut free = frame.as_mut().subcols_mut(k, k);
         free.fill(0.0);
         free.subcols_mut(0, normal.ncols()).copy_from(normal);
-        Ok(Turn::Fast {
+        Ok(SpanFactors::Fast {
             frame,
             angles: curve.angles().to_vec(),
             right: curve.right().to_owned(),
@@ -151,8 +151,8 @@ impl Grassmann {
         self.check_point("Y", y, POINT_TOLERANCE)?;
         let v = self.horizontal("V", y, v)?;
         let mut out = Mat::zeros(self.n(), self.k());
-        match Turn::new(y, v.as_ref())? {
-            Turn::Slow(eigen) => {
+        match SpanFactors::new(y, v.as_ref())? {
+            SpanFactors::Slow(eigen) => {
                 mul_into(
                     &mut out,
                     1.0,
@@ -161,7 +161,7 @@ impl Grassmann {
                 );
                 mul_add(&mut out, 1.0, &v, function(&eigen, sinc));
             }
-            Turn::Fast {
+            SpanFactors::Fast {
                 frame,
                 angles,
                 right,
@@ -203,13 +203,13 @@ impl Grassmann {
         // The transport is linear: extreme lengths are factored out and restored at the end.
         let mut out = Mat::from_fn(self.n(), k, |i, j| w[(i, j)] / size);
         let mut parts = Mat::zeros(k, k);
-        match Turn::new(y, v.as_ref())? {
-            Turn::Slow(eigen) => {
+        match SpanFactors::new(y, v.as_ref())? {
+            SpanFactors::Slow(eigen) => {
                 mul_into(&mut parts, 1.0, v.transpose(), &out);
                 mul_add(&mut out, -1.0, y, function(&eigen, sinc) * &parts);
                 mul_add(&mut out, 1.0, &v, function(&eigen, versine) * &parts);
             }
-            Turn::Fast { frame, angles, .. } => {
+            SpanFactors::Fast { frame, angles, .. } => {
                 let q = frame.as_ref().subcols(k, k);
                 mul_into(&mut parts, 1.0, q.transpose(), &out);
                 let turned = coordinates(&angles, parts.as_ref(), |(sin, cos)| [-sin, cos - 1.0]);

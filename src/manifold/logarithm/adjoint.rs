@@ -23,7 +23,7 @@ const LOWEST: f64 = -1.5;
 ///
 /// `ad_L` has eigenvalues `i t` with `|t|` at most twice the largest angle of `L`. `g` is analytic below `t = 2 pi`, so
 /// a Chebyshev polynomial in `ad_L^2` of degree 2 to 6 is accurate enough for a Newton step.
-pub(super) struct Adjoint {
+pub(super) struct AdjointFunction {
     generator: Mat<f64>,
     /// Largest `|t|`.
     radius: f64,
@@ -36,10 +36,10 @@ pub(super) struct Adjoint {
     current: Mat<f64>,
 }
 
-impl Adjoint {
+impl AdjointFunction {
     pub(super) fn new(m: usize) -> Self {
         let zeros = || Mat::zeros(m, m);
-        Adjoint {
+        AdjointFunction {
             generator: zeros(),
             radius: 0.0,
             coefficients: [0.0; MAX_DEGREE + 1],

@@ -12,7 +12,7 @@
 //! decreases the function in every step cannot jump to another branch of the logarithm.
 //!
 //! The starts are symmetric, and the descent preserves symmetries: if the two points have one, it ends at a saddle.
-//! [`Descent::settle`] leaves it along a direction of negative curvature (for `k = 2` and two equal principal angles
+//! [`GeodesicDescent::settle`] leaves it along a direction of negative curvature (for `k = 2` and two equal principal angles
 //! the symmetric geodesic is a saddle from 2.029 on, where `tan x = -x`), and follows flat valleys to their bottom,
 //! using the absolute values of the eigenvalues. The test set has 8000 pairs on St(4,2), St(7,2) and St(5,3), 500 of
 //! each kind: random, with equal principal angles of 2.1 to 3.1, coordinate frames, and perturbations of these by 1e-12
@@ -27,7 +27,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::adjoint::{Adjoint, frobenius};
+use super::adjoint::{AdjointFunction, frobenius};
 use super::fibre_hessian::{FibreHessian, Spectrum};
 use super::shooting::{read_block, write_block};
 use crate::error::{Error, Result};
@@ -61,7 +61,7 @@ const MIN_STEP: f64 = 1e-4;
 /// Relative tolerance of a Newton step.
 const STEP_TOLERANCE: f64 = 1e-3;
 
-/// Maximal number of steps of [`Descent::settle`].
+/// Maximal number of steps of [`GeodesicDescent::settle`].
 const SETTLING: usize = 24;
 
 /// Eigenvalues of the second derivative below this indicate a saddle: with `-1e-6` the length differs by less than
@@ -75,18 +75,18 @@ const FLATTEST: f64 = 1e-12;
 const OFF_HALF_TURN: f64 = 0.2;
 
 /// A completion of the target to a rotation, and its logarithm.
-pub(super) struct Start {
+pub(super) struct GeodesicStart {
     rotation: Mat<f64>,
     log: Mat<f64>,
     length: f64,
 }
 
-pub(super) struct Descent {
+pub(super) struct GeodesicDescent {
     k: usize,
     p: usize,
     log: OrthogonalLog,
     exp: SkewExp,
-    adjoint: Adjoint,
+    adjoint: AdjointFunction,
     krylov: Gmres,
     hessian: FibreHessian,
     direction: Vec<f64>,
@@ -99,15 +99,15 @@ pub(super) struct Descent {
     trial_log: Mat<f64>,
 }
 
-impl Descent {
+impl GeodesicDescent {
     pub(super) fn new(k: usize, p: usize) -> Self {
         let square = || Mat::zeros(k + p, k + p);
-        Descent {
+        GeodesicDescent {
             k,
             p,
             log: OrthogonalLog::new(k + p),
             exp: SkewExp::new(p),
-            adjoint: Adjoint::new(k + p),
+            adjoint: AdjointFunction::new(k + p),
             krylov: Gmres::new(p * p),
             hessian: FibreHessian::new(k, p),
             direction: vec![0.0; p * p],
@@ -129,7 +129,7 @@ impl Descent {
     ///
     /// # Errors
     /// `OutsideLogDomain` if none has a logarithm; `Decomposition`.
-    pub(super) fn starts(&mut self, target: &Mat<f64>) -> Result<(Vec<Start>, bool)> {
+    pub(super) fn starts(&mut self, target: &Mat<f64>) -> Result<(Vec<GeodesicStart>, bool)> {
         let (k, p) = (self.k, self.p);
         let complement = complement(target.as_ref());
         let mut svd = Svd::new(p, p);
@@ -178,10 +178,10 @@ impl Descent {
         Ok((starts, symmetric))
     }
 
-    fn start(&mut self, rotation: &Mat<f64>) -> Result<Start> {
+    fn start(&mut self, rotation: &Mat<f64>) -> Result<GeodesicStart> {
         let mut log = Mat::zeros(rotation.nrows(), rotation.ncols());
         self.log.log_into(log.as_mut(), rotation.as_ref())?;
-        Ok(Start {
+        Ok(GeodesicStart {
             rotation: rotation.clone(),
             length: frobenius(&log),
             log,
@@ -189,7 +189,7 @@ impl Descent {
     }
 
     /// A start from a completion whose logarithm is ambiguous, rotated in the fibre; `None` if that does not help.
-    fn turned_start(&mut self, rotation: &mut Mat<f64>) -> Result<Option<Start>> {
+    fn turned_start(&mut self, rotation: &mut Mat<f64>) -> Result<Option<GeodesicStart>> {
         let (k, p) = (self.k, self.p);
         if p == 1 {
             return Ok(None);
@@ -212,7 +212,11 @@ impl Descent {
     ///
     /// # Errors
     /// `Interrupted`, `Decomposition`.
-    pub(super) fn settle(&mut self, start: &mut Start, interrupt: Interrupt<'_>) -> Result<usize> {
+    pub(super) fn settle(
+        &mut self,
+        start: &mut GeodesicStart,
+        interrupt: Interrupt<'_>,
+    ) -> Result<usize> {
         let (k, p) = (self.k, self.p);
         if p == 1 {
             return Ok(0);
@@ -269,7 +273,11 @@ impl Descent {
     ///
     /// # Errors
     /// `Interrupted`, `Decomposition`.
-    pub(super) fn run(&mut self, start: &mut Start, interrupt: Interrupt<'_>) -> Result<usize> {
+    pub(super) fn run(
+        &mut self,
+        start: &mut GeodesicStart,
+        interrupt: Interrupt<'_>,
+    ) -> Result<usize> {
         let (k, p) = (self.k, self.p);
         for steps in 0..MAX_STEPS {
             interrupt.check("Riemannian logarithm")?;
@@ -311,7 +319,7 @@ impl Descent {
     }
 
     /// Halves the step until it decreases the length; `false` if no step does.
-    fn search(&mut self, start: &mut Start, size: f64) -> Result<bool> {
+    fn search(&mut self, start: &mut GeodesicStart, size: f64) -> Result<bool> {
         let (k, p) = (self.k, self.p);
         let slope = dot(&self.direction, &self.gradient);
         write_block(&self.direction, self.step.as_mut(), 0, p, 1.0);
@@ -377,7 +385,7 @@ pub(super) fn generic_skew(p: usize) -> Vec<f64> {
     skew
 }
 
-impl Start {
+impl GeodesicStart {
     pub(super) fn length(&self) -> f64 {
         self.length
     }

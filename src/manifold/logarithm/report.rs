@@ -1,6 +1,6 @@
 //! Report and errors of the Riemannian logarithm.
 
-use super::shooting::Outcome;
+use super::shooting::ShootingOutcome;
 use crate::error::Error;
 use crate::report::{SolverReport, StopReason};
 
@@ -47,7 +47,7 @@ pub(super) fn not_joined(error: Error) -> Error {
 }
 
 /// The error if no geodesic reaches the end to the tolerance.
-pub(super) fn no_convergence(outcome: Outcome, tolerance: f64) -> Error {
+pub(super) fn no_convergence(outcome: ShootingOutcome, tolerance: f64) -> Error {
     Error::NoConvergence {
         solver: SOLVER,
         report: SolverReport::new(

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use faer::{Mat, MatRef};
 
-use super::descent::{Descent, Start};
+use super::descent::{GeodesicDescent, GeodesicStart};
 use super::report::{LogReport, SOLVER, no_convergence, not_joined};
-use super::shooting::{CLOSE_CONTRACTION, CLOSE_STEPS, Outcome, Shooting};
+use super::shooting::{CLOSE_CONTRACTION, CLOSE_STEPS, GeodesicShooting, ShootingOutcome};
 use super::shortening::Path;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -59,14 +59,14 @@ const PIECES: [usize; 2] = [4, 8];
 const NOT_UNIQUE: f64 = 32.0 * f64::EPSILON;
 
 /// A geodesic in the coordinates of the frame.
-pub(super) struct Found {
+pub(super) struct FoundGeodesic {
     /// `[[A, ..], [B, ..]]`.
     generator: Mat<f64>,
     k: usize,
     pub(super) report: LogReport,
 }
 
-impl Found {
+impl FoundGeodesic {
     pub(super) fn a(&self) -> MatRef<'_, f64> {
         self.generator.as_ref().submatrix(0, 0, self.k, self.k)
     }
@@ -95,13 +95,13 @@ pub(super) struct Search<'a> {
     interrupt: Interrupt<'a>,
     tolerance: f64,
     iterations: usize,
-    shooting: Shooting,
-    best: Option<Found>,
+    shooting: GeodesicShooting,
+    best: Option<FoundGeodesic>,
     /// The shortest geodesic of the canonical metric, and its length.
     canonical: Option<(f64, Mat<f64>)>,
     /// Lengths of the completions whose paths have been shortened.
     seen: Vec<f64>,
-    last: Outcome,
+    last: ShootingOutcome,
 }
 
 impl<'a> Search<'a> {
@@ -116,15 +116,15 @@ impl<'a> Search<'a> {
             interrupt,
             tolerance: manifold.tolerance(target),
             iterations: 0,
-            shooting: Shooting::new(target, manifold.metric().weight()),
+            shooting: GeodesicShooting::new(target, manifold.metric().weight()),
             best: None,
             canonical: None,
             seen: Vec::new(),
-            last: Outcome::NONE,
+            last: ShootingOutcome::NONE,
         }
     }
 
-    pub(super) fn run(mut self) -> Result<Found> {
+    pub(super) fn run(mut self) -> Result<FoundGeodesic> {
         self.shooting.start_close();
         let close = self
             .shooting
@@ -177,9 +177,9 @@ impl<'a> Search<'a> {
 
     /// The shortest geodesic found from the completions of the target; the search ends after the first one that is
     /// certainly shortest or isolated.
-    fn far(mut self) -> Result<Found> {
+    fn far(mut self) -> Result<FoundGeodesic> {
         let k = self.target.ncols();
-        let mut descent = Descent::new(k, self.target.nrows() - k);
+        let mut descent = GeodesicDescent::new(k, self.target.nrows() - k);
         let before = self.iterations;
         let (starts, symmetric) = match descent.starts(self.target) {
             Ok(starts) => starts,
@@ -195,7 +195,7 @@ impl<'a> Search<'a> {
             }
         }
         if let Some((_, generator)) = &self.canonical {
-            let certain = self.best.as_ref().is_some_and(Found::is_certain);
+            let certain = self.best.as_ref().is_some_and(FoundGeodesic::is_certain);
             if !certain && (self.weight() == 0.5 || !symmetric) {
                 check_unique(generator.as_ref())?;
             }
@@ -206,14 +206,18 @@ impl<'a> Search<'a> {
 
     /// Searches for geodesics from a start; returns whether the search may end, since one is certainly the shortest, or
     /// the first one from here is isolated.
-    fn attempt(&mut self, descent: &mut Descent, start: &mut Start) -> Result<bool> {
+    fn attempt(
+        &mut self,
+        descent: &mut GeodesicDescent,
+        start: &mut GeodesicStart,
+    ) -> Result<bool> {
         let canonical = self.weight() == 0.5;
         let mut generator = self.connect(start.log())?;
         if !canonical && let Some(generator) = &generator {
             let outcome = self.follow(generator)?;
             self.consider(outcome);
         }
-        let certain = self.best.as_ref().is_some_and(Found::is_certain);
+        let certain = self.best.as_ref().is_some_and(FoundGeodesic::is_certain);
         if certain || generator.is_some() && self.is_isolated()? {
             return Ok(true);
         }
@@ -227,19 +231,19 @@ impl<'a> Search<'a> {
             let outcome = self.shorten(along)?;
             self.consider(outcome);
         }
-        Ok(self.best.as_ref().is_some_and(Found::is_certain))
+        Ok(self.best.as_ref().is_some_and(FoundGeodesic::is_certain))
     }
 
     /// A geodesic of the canonical metric, from a completion.
     fn connect(&mut self, start: MatRef<'_, f64>) -> Result<Option<Mat<f64>>> {
-        self.shooting = Shooting::new(self.target, 0.5);
+        self.shooting = GeodesicShooting::new(self.target, 0.5);
         self.shooting.start_from(start);
         let outcome = self.shooting.run(self.tolerance, CONTRACTION, MAX_STEPS)?;
         Ok(self.keep(outcome))
     }
 
     /// Stores a canonical geodesic that was found, and returns its generator.
-    fn keep(&mut self, outcome: Outcome) -> Option<Mat<f64>> {
+    fn keep(&mut self, outcome: ShootingOutcome) -> Option<Mat<f64>> {
         self.last = outcome;
         if !outcome.converged {
             return None;
@@ -260,11 +264,11 @@ impl<'a> Search<'a> {
     }
 
     /// Stores the current geodesic if it is the shortest so far.
-    fn consider(&mut self, outcome: Outcome) {
+    fn consider(&mut self, outcome: ShootingOutcome) {
         self.iterations += outcome.iterations;
         self.last = outcome;
         let length = self.length();
-        let shorter = |best: &Found| length < SHORTER * best.report.length;
+        let shorter = |best: &FoundGeodesic| length < SHORTER * best.report.length;
         if outcome.converged && self.best.as_ref().is_none_or(shorter) {
             let certain = length < self.manifold.injectivity_bound() || self.is_rotation();
             self.best = Some(self.found(outcome.residual, certain));
@@ -272,10 +276,10 @@ impl<'a> Search<'a> {
     }
 
     /// Follows the geodesic along the family of metrics, from the canonical one to that of the manifold.
-    fn follow(&mut self, start: &Mat<f64>) -> Result<Outcome> {
+    fn follow(&mut self, start: &Mat<f64>) -> Result<ShootingOutcome> {
         let weight = self.weight();
         let (mut reached, mut step, mut iterations) = (0.0, 1.0_f64, 0);
-        self.shooting = Shooting::new(self.target, weight);
+        self.shooting = GeodesicShooting::new(self.target, weight);
         self.shooting.set_weight(0.5);
         self.shooting.start_from(start.as_ref());
         loop {
@@ -300,7 +304,7 @@ impl<'a> Search<'a> {
                 self.shooting.start_from(kept.as_ref());
             }
             if reached == 1.0 || step < FINEST {
-                return Ok(Outcome {
+                return Ok(ShootingOutcome {
                     converged: outcome.converged && reached == 1.0,
                     iterations,
                     residual: outcome.residual,
@@ -310,9 +314,9 @@ impl<'a> Search<'a> {
     }
 
     /// The geodesic obtained by shortening the path along a canonical geodesic.
-    fn shorten(&mut self, canonical: MatRef<'_, f64>) -> Result<Outcome> {
+    fn shorten(&mut self, canonical: MatRef<'_, f64>) -> Result<ShootingOutcome> {
         let weight = self.weight();
-        self.shooting = Shooting::new(self.target, weight);
+        self.shooting = GeodesicShooting::new(self.target, weight);
         self.shooting.set_weight(0.5);
         self.shooting.start_from(canonical);
         self.shooting.set_weight(weight);
@@ -330,7 +334,7 @@ impl<'a> Search<'a> {
                 iterations += outcome.iterations;
                 // A longer geodesic is not the one to which the path leads, but a saddle that the path has left.
                 if outcome.converged && self.length() <= LONGER * start.length {
-                    return Ok(Outcome {
+                    return Ok(ShootingOutcome {
                         iterations,
                         ..outcome
                     });
@@ -342,7 +346,7 @@ impl<'a> Search<'a> {
             }
         }
         let damped = self.shooting.run_damped(self.tolerance, DAMPED_STEPS)?;
-        Ok(Outcome {
+        Ok(ShootingOutcome {
             iterations: iterations + damped.iterations,
             ..damped
         })
@@ -365,7 +369,7 @@ impl<'a> Search<'a> {
         b.hypot(a * self.weight().sqrt())
     }
 
-    fn found(&self, residual: f64, certainly_shortest: bool) -> Found {
+    fn found(&self, residual: f64, certainly_shortest: bool) -> FoundGeodesic {
         let k = self.target.ncols();
         let twice = 2.0 * self.weight();
         let mut generator = self.shooting.generator.clone();
@@ -374,7 +378,7 @@ impl<'a> Search<'a> {
                 generator[(i, j)] /= twice;
             }
         }
-        Found {
+        FoundGeodesic {
             generator,
             k,
             report: LogReport {
@@ -388,7 +392,7 @@ impl<'a> Search<'a> {
     }
 }
 
-impl Found {
+impl FoundGeodesic {
     fn is_certain(&self) -> bool {
         self.report.certainly_shortest
     }

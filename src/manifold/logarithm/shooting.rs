@@ -17,7 +17,7 @@ mod damped;
 
 use faer::{Mat, MatRef};
 
-use super::adjoint::{Adjoint, bracket, frobenius};
+use super::adjoint::{AdjointFunction, bracket, frobenius};
 use crate::error::Result;
 use crate::linalg::SkewExp;
 use crate::linalg::product::{mul_add, mul_into};
@@ -35,7 +35,7 @@ pub(super) const CLOSE_STEPS: usize = 10;
 /// Maximal number of terms of the series of `(1 - e^{-x}) / x`, enough for arguments up to 20.
 const DEXP_TERMS: usize = 80;
 
-pub(super) struct Shooting {
+pub(super) struct GeodesicShooting {
     k: usize,
     p: usize,
     /// `2 w` and `1 - 2 w`.
@@ -58,29 +58,29 @@ pub(super) struct Shooting {
     tall: Mat<f64>,
     /// Buffers of shape `(p, p)`, for the free block.
     free: [Mat<f64>; 3],
-    adjoint: Adjoint,
+    adjoint: AdjointFunction,
     krylov: Gmres,
     unknown: Vec<f64>,
 }
 
 /// The result of a run.
 #[derive(Clone, Copy)]
-pub(super) struct Outcome {
+pub(super) struct ShootingOutcome {
     pub(super) converged: bool,
     pub(super) iterations: usize,
     pub(super) residual: f64,
 }
 
-impl Outcome {
+impl ShootingOutcome {
     /// The result before any attempt.
-    pub(super) const NONE: Outcome = Outcome {
+    pub(super) const NONE: ShootingOutcome = ShootingOutcome {
         converged: false,
         iterations: 0,
         residual: f64::INFINITY,
     };
 }
 
-impl Shooting {
+impl GeodesicShooting {
     /// Built for a target `X` of shape `(k + p, k)` with orthonormal columns, and the weight `w` of the metric.
     pub(super) fn new(target: &Mat<f64>, weight: f64) -> Self {
         let (m, k) = target.shape();
@@ -90,7 +90,7 @@ impl Shooting {
         let turning = if nu == 0.0 { 0 } else { k };
         let square = || Mat::zeros(m, m);
         let size = if turning == 0 { p * p } else { k * k + p * k };
-        Shooting {
+        GeodesicShooting {
             k,
             p,
             twice,
@@ -110,7 +110,7 @@ impl Shooting {
             small: std::array::from_fn(|_| Mat::zeros(k, k)),
             tall: Mat::zeros(p, k),
             free: std::array::from_fn(|_| Mat::zeros(p, p)),
-            adjoint: Adjoint::new(m),
+            adjoint: AdjointFunction::new(m),
             krylov: Gmres::new(size),
             unknown: vec![0.0; size],
         }
@@ -167,7 +167,7 @@ impl Shooting {
         tolerance: f64,
         contraction: f64,
         max_iterations: usize,
-    ) -> Result<Outcome> {
+    ) -> Result<ShootingOutcome> {
         let mut residual = self.residual()?;
         let mut iterations = 0;
         while residual > tolerance && iterations < max_iterations {
@@ -180,7 +180,7 @@ impl Shooting {
                 break;
             }
         }
-        Ok(Outcome {
+        Ok(ShootingOutcome {
             converged: residual <= tolerance,
             iterations,
             residual,

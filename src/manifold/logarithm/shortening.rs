@@ -13,7 +13,7 @@ use faer::{Mat, MatRef, Scale};
 
 use super::descent::{complement, generic_skew};
 use super::report::SOLVER;
-use super::shooting::{CLOSE_CONTRACTION, CLOSE_STEPS, Shooting, write_block};
+use super::shooting::{CLOSE_CONTRACTION, CLOSE_STEPS, GeodesicShooting, write_block};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::SkewExp;
@@ -137,7 +137,7 @@ impl Path {
     fn leg(&self, frame: &Mat<f64>, to: &Mat<f64>) -> Result<Option<(Mat<f64>, f64)>> {
         let mut target = Mat::zeros(to.nrows(), to.ncols());
         mul_into(&mut target, 1.0, frame.transpose(), to);
-        let mut shooting = Shooting::new(&target, self.weight);
+        let mut shooting = GeodesicShooting::new(&target, self.weight);
         shooting.start_close();
         let outcome = shooting.run(LEG_TOLERANCE, CLOSE_CONTRACTION, CLOSE_STEPS)?;
         let (a, b) = shooting.norms();

@@ -4,20 +4,20 @@ use crate::legs::Knots;
 use crate::linalg::field::{Field, larger, largest};
 use crate::linalg::simd::each;
 use crate::shooting::taylor::condensed_leg::CondensedLeg;
-use crate::shooting::taylor::leg::{Leg, Scratch};
+use crate::shooting::taylor::leg::{LegScratch, SeriesLeg};
 use crate::shooting::taylor::orders::{MOST, Orders};
 use crate::shooting::taylor::room::Room;
 use crate::shooting::taylor::rotation_series::is_of_rotations;
-use crate::shooting::taylor::variation::{MORE_TERMS, TERMS, TERMS_OF_ROTATIONS, Variation};
+use crate::shooting::taylor::variation::{MORE_TERMS, MiddleVariation, TERMS, TERMS_OF_ROTATIONS};
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::space::Homogeneous;
 
 /// Consecutive legs, in groups of eight, with the residuals of their equations.
-pub(crate) struct Chain<'k, T: Field, S> {
+pub(crate) struct SeriesChain<'k, T: Field, S> {
     pub(crate) space: S,
     pub(crate) knots: &'k Knots<'k>,
-    pub(crate) groups: Vec<Group<'k, T>>,
-    pub(crate) buffers: Buffers<T>,
+    pub(crate) groups: Vec<LegGroup<'k, T>>,
+    pub(crate) buffers: ChainBuffers<T>,
     pub(crate) velocities: Vec<f64>,
     /// Jumps of the covariant acceleration at the knots: before minus after; at an end, minus the given one.
     pub(crate) jumps: Vec<f64>,
@@ -30,8 +30,8 @@ pub(crate) struct Chain<'k, T: Field, S> {
 }
 
 /// One leg, or eight of them, with a step of its middle and the linear equations.
-pub(crate) struct Group<'a, T> {
-    pub(crate) leg: Leg<'a, T>,
+pub(crate) struct LegGroup<'a, T> {
+    pub(crate) leg: SeriesLeg<'a, T>,
     pub(crate) step: &'a mut [T],
     pub(crate) linear: CondensedLeg<'a, T>,
     pub(crate) progress: GroupProgress,
@@ -65,15 +65,15 @@ impl GroupProgress {
     }
 }
 
-impl<'a, T: Field> Group<'a, T> {
+impl<'a, T: Field> LegGroup<'a, T> {
     /// Number of floating-point numbers of a group.
     pub(crate) fn len(space: impl Homogeneous) -> usize {
-        Leg::<T>::len(space) + 3 * space.dim() + CondensedLeg::<T>::len(space)
+        SeriesLeg::<T>::len(space) + 3 * space.dim() + CondensedLeg::<T>::len(space)
     }
 
     fn new(space: impl Homogeneous, room: &mut Room<'a, T>) -> Self {
-        Group {
-            leg: Leg::new(space, room),
+        LegGroup {
+            leg: SeriesLeg::new(space, room),
             step: room.take(3 * space.dim()),
             linear: CondensedLeg::new(space, room),
             progress: GroupProgress::new(),
@@ -83,12 +83,12 @@ impl<'a, T: Field> Group<'a, T> {
 
 /// Buffers of a thread.
 #[derive(Clone)]
-pub(crate) struct Buffers<T: Field> {
-    pub(crate) leg: Scratch<T>,
-    pub(crate) variation: Variation<T>,
+pub(crate) struct ChainBuffers<T: Field> {
+    pub(crate) leg: LegScratch<T>,
+    pub(crate) variation: MiddleVariation<T>,
 }
 
-impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
+impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
     /// Built from velocities at the knots, per unit of time; allocates all legs, and series up to an order.
     pub(crate) fn new(
         space: S,
@@ -99,15 +99,15 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     ) -> Self {
         let mut room = Room::new(room);
         let (r, count) = (space.size(), knots.lengths.len());
-        let mut chain: Self = Chain {
+        let mut chain: Self = SeriesChain {
             space,
             knots,
             groups: (0..count.div_ceil(T::COUNT))
-                .map(|_| Group::new(space, &mut room))
+                .map(|_| LegGroup::new(space, &mut room))
                 .collect(),
-            buffers: Buffers {
-                leg: Scratch::new(space, order),
-                variation: Variation::new(space, 2, terms(space, knots)),
+            buffers: ChainBuffers {
+                leg: LegScratch::new(space, order),
+                variation: MiddleVariation::new(space, 2, terms(space, knots)),
             },
             velocities: velocities.to_vec(),
             jumps: Vec::new(),
@@ -116,7 +116,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             factors: None,
             size: f64::INFINITY,
         };
-        for (group, Group { leg, .. }) in chain.groups.iter_mut().enumerate() {
+        for (group, LegGroup { leg, .. }) in chain.groups.iter_mut().enumerate() {
             knots.write_targets(r, group, leg.target);
             leg.tension = knots.tensions(group);
         }
@@ -132,7 +132,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             &mut self.groups,
             &mut self.buffers.leg.series,
             #[inline(always)]
-            |series, group, Group { leg, .. }| {
+            |series, group, LegGroup { leg, .. }| {
                 let tension = leg.tension;
                 let middle = &mut leg.middle;
                 middle[0].copy_from_slice(leg.velocity);
@@ -166,7 +166,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
 
     /// Velocities at the ends of the legs, in their time.
     fn set_velocities(&mut self) {
-        for (group, Group { leg, .. }) in self.groups.iter_mut().enumerate() {
+        for (group, LegGroup { leg, .. }) in self.groups.iter_mut().enumerate() {
             let ends = [&mut *leg.velocity, &mut *leg.last_velocity];
             self.knots.write_velocities(&self.velocities, group, ends);
         }
@@ -179,7 +179,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         }
         self.set_velocities();
         let d = self.space.dim();
-        for Group { leg, step, .. } in &mut self.groups {
+        for LegGroup { leg, step, .. } in &mut self.groups {
             for (x, step) in leg.middle.iter_mut().zip(step.chunks_exact(d)) {
                 for (x, step) in x.iter_mut().zip(step) {
                     *x += *step * share;
@@ -197,7 +197,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             &mut self.groups,
             &mut self.buffers.leg,
             #[inline(always)]
-            |scratch, _, Group { leg, progress, .. }| {
+            |scratch, _, LegGroup { leg, progress, .. }| {
                 let orders = match is_last {
                     true => Orders::last(),
                     false => Orders::after(progress.size),
@@ -226,7 +226,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             let accelerations = &groups[leg / T::COUNT].leg.accelerations;
             accelerations.each_ref().map(|x| &**x)
         });
-        for Group { leg, progress, .. } in &mut self.groups {
+        for LegGroup { leg, progress, .. } in &mut self.groups {
             progress.size = leg.residual.size;
         }
         for (knot, jump) in self.jumps.chunks_exact(d).enumerate() {
@@ -245,7 +245,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         terms(self.space, self.knots)
     }
 
-    fn leg(&self, leg: usize) -> &Leg<'k, T> {
+    fn leg(&self, leg: usize) -> &SeriesLeg<'k, T> {
         &self.groups[leg / T::COUNT].leg
     }
 
@@ -253,7 +253,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     pub(crate) fn is_longest(&self) -> bool {
         let accuracy = Orders::last().accuracy;
         let mut groups = self.groups.iter();
-        groups.any(|Group { leg, .. }| {
+        groups.any(|LegGroup { leg, .. }| {
             let is_accurate = leg.largest_tail() <= accuracy;
             leg.order == MOST && !is_accurate
         })

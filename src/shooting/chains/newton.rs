@@ -1,6 +1,6 @@
 //! Newton's method for a chain, with linear equations that are kept as long as convergence is fast.
 
-use super::chain::{Chain, GroupProgress};
+use super::chain::{GroupProgress, SeriesChain};
 use crate::error::Result;
 use crate::legs::{Options, Progress};
 use crate::linalg::field::Field;
@@ -19,7 +19,7 @@ const SLOW: f64 = 0.9;
 /// Legs that move by less than this fraction of the goal are not evaluated again.
 const STILL: f64 = 0.01;
 
-impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
+impl<T: Field, S: Homogeneous> SeriesChain<'_, T, S> {
     /// Iterates to the tolerance, with series whose number of terms grows as the residual falls.
     ///
     /// # Errors

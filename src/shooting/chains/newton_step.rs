@@ -1,14 +1,14 @@
 //! The step of Newton's method for a chain: legs are condensed to the velocities at the knots, which solve a block
 //! tridiagonal system.
 
-use super::chain::{Buffers, Chain, Group};
+use super::chain::{ChainBuffers, LegGroup, SeriesChain};
 use crate::legs::Ends;
 use crate::linalg::field::{Field, larger, largest};
 use crate::linalg::simd::each;
 use crate::shooting::taylor::condensed_leg::CondensedLeg;
 use crate::space::Homogeneous;
 
-impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
+impl<T: Field, S: Homogeneous> SeriesChain<'_, T, S> {
     /// Sets up the linear equations of those legs that need new ones at the current state; `false` if they are
     /// singular.
     pub(crate) fn linearise(&mut self) -> bool {
@@ -20,12 +20,12 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
             &mut self.groups,
             &mut self.buffers,
             #[inline(always)]
-            |Buffers {
+            |ChainBuffers {
                  leg: scratch,
                  variation,
              },
              _,
-             Group {
+             LegGroup {
                  leg,
                  linear,
                  progress,
@@ -49,7 +49,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
             &mut self.groups,
             &mut (),
             #[inline(always)]
-            |(), _, Group { leg, linear, .. }| linear.set_constants(space, leg),
+            |(), _, LegGroup { leg, linear, .. }| linear.set_constants(space, leg),
         );
         let Some(mut steps) = self.velocity_steps() else {
             return false;
@@ -67,7 +67,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
             #[inline(always)]
             |[first, last, turned],
              group,
-             Group {
+             LegGroup {
                  leg,
                  step,
                  linear,
@@ -91,7 +91,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
     /// are `None` if it is singular.
     fn factor_velocity_system(&mut self) {
         let d = self.space.dim();
-        let Chain {
+        let SeriesChain {
             knots,
             groups,
             system,

@@ -2,18 +2,18 @@
 
 use std::sync::OnceLock;
 
-use super::chain::Group;
+use super::chain::LegGroup;
 use crate::legs::{Curves, Dense, Polynomials, RotationSeries};
 use crate::linalg::field::{Field, transposed_multiply};
 use crate::shooting::taylor::rotation_series::is_of_rotations;
-use crate::shooting::taylor::series::{Series, at_ends};
+use crate::shooting::taylor::series::{LegSeries, at_ends};
 use crate::space::{Homogeneous, axis};
 
 /// Number of additional terms of the curves, needed for their third derivatives.
 const FOR_DERIVATIVES: usize = 4;
 
 /// Groups of legs; the last group may have fewer.
-pub(crate) struct Solved<T, S> {
+pub(crate) struct SolvedSeries<T, S> {
     space: S,
     legs: usize,
     groups: Vec<SolvedGroup<T>>,
@@ -26,15 +26,15 @@ struct SolvedGroup<T> {
     polynomials: OnceLock<Dense>,
 }
 
-impl<T: Field, S: Homogeneous> Solved<T, S> {
-    pub(crate) fn new(space: S, legs: usize, groups: &[Group<'_, T>]) -> Self {
-        let solved = |group: &Group<'_, T>| SolvedGroup {
+impl<T: Field, S: Homogeneous> SolvedSeries<T, S> {
+    pub(crate) fn new(space: S, legs: usize, groups: &[LegGroup<'_, T>]) -> Self {
+        let solved = |group: &LegGroup<'_, T>| SolvedGroup {
             order: group.leg.order + FOR_DERIVATIVES,
             middle: group.leg.middle().map(<[T]>::to_vec),
             tension: group.leg.tension,
             polynomials: OnceLock::new(),
         };
-        Solved {
+        SolvedSeries {
             space,
             legs,
             groups: groups.iter().map(solved).collect(),
@@ -44,7 +44,7 @@ impl<T: Field, S: Homogeneous> Solved<T, S> {
     fn polynomials(&self, first: usize, group: &SolvedGroup<T>) -> Dense {
         let (space, d, order) = (self.space, self.space.dim(), group.order);
         let mut dense = Dense::new(T::COUNT.min(self.legs - first), order, space, space.size());
-        let mut series = Series::new(space, order);
+        let mut series = LegSeries::new(space, order);
         let mut ends: [Vec<T>; 6] = std::array::from_fn(|_| vec![T::ZERO; d]);
         space.vectorised(
             #[inline(always)]
@@ -63,7 +63,7 @@ impl<T: Field, S: Homogeneous> Solved<T, S> {
     }
 }
 
-impl<T: Field + Send + Sync, S: Homogeneous> Curves for Solved<T, S> {
+impl<T: Field + Send + Sync, S: Homogeneous> Curves for SolvedSeries<T, S> {
     fn of_leg(&self, leg: usize) -> (&Dense, usize) {
         let first = leg - leg % T::COUNT;
         let group = &self.groups[leg / T::COUNT];
@@ -79,7 +79,7 @@ impl<T: Field + Send + Sync, S: Homogeneous> Curves for Solved<T, S> {
             return None;
         }
         let longest = self.groups.iter().map(|group| group.order).max()?;
-        let mut series = Series::new(space, longest);
+        let mut series = LegSeries::new(space, longest);
         let mut all = Vec::with_capacity(self.legs);
         space.vectorised(
             #[inline(always)]
@@ -98,9 +98,9 @@ impl<T: Field + Send + Sync, S: Homogeneous> Curves for Solved<T, S> {
     }
 }
 
-/// The leg in a lane, from the series of its group after [`Series::set_turns`].
+/// The leg in a lane, from the series of its group after [`LegSeries::set_turns`].
 #[inline(always)]
-fn rotation_series<T: Field>(series: &Series<T>, terms: usize, lane: usize) -> RotationSeries {
+fn rotation_series<T: Field>(series: &LegSeries<T>, terms: usize, lane: usize) -> RotationSeries {
     let rates = series.matrices.chunks_exact(9).take(terms);
     let rates = rates.map(|x| axis(x).map(|w| w.lane(lane)));
     let quaternions = series.frames.chunks_exact(4).take(terms);
@@ -115,7 +115,7 @@ fn rotation_series<T: Field>(series: &Series<T>, terms: usize, lane: usize) -> R
 #[inline(always)]
 fn write_series<T: Field>(
     space: impl Homogeneous,
-    series: &Series<T>,
+    series: &LegSeries<T>,
     ends: &[Vec<T>; 6],
     dense: &mut Dense,
 ) {

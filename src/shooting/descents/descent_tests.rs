@@ -2,7 +2,7 @@
 
 use super::chain_knots::ChainKnots;
 use super::free_chain::FreeChain;
-use super::layout::{Held, Layout};
+use super::layout::{ChainLayout, Held};
 use crate::interrupt::Interrupt;
 use crate::legs::{Options, Progress};
 use crate::linalg::field::{Field, multiply};
@@ -29,8 +29,8 @@ fn room<T: Field, S: Homogeneous>(space: S) -> Vec<T> {
 }
 
 /// The layout of a spline: legs of different lengths, fixed points, a given acceleration and a given velocity.
-fn of_spline(d: usize) -> Layout {
-    Layout {
+fn of_spline(d: usize) -> ChainLayout {
+    ChainLayout {
         lengths: vec![1.0, 0.7, 1.3, 1.1, 0.9],
         held: vec![
             Held::Point,
@@ -46,10 +46,10 @@ fn of_spline(d: usize) -> Layout {
 }
 
 /// The layout of a closed spline.
-fn closed() -> Layout {
+fn closed() -> ChainLayout {
     let mut held = vec![Held::Nothing; LEGS + 1];
     (held[0], held[2], held[LEGS]) = (Held::Point, Held::Point, Held::Point);
-    Layout {
+    ChainLayout {
         lengths: vec![1.0, 0.7, 1.3, 1.1, 0.9],
         held,
         is_closed: true,
@@ -60,7 +60,7 @@ fn closed() -> Layout {
 /// A random walk of knots, starting at the identity.
 fn chain<'a, T: Field, S: Homogeneous>(
     space: S,
-    layout: Layout,
+    layout: ChainLayout,
     tension: f64,
     room: &'a mut [T],
 ) -> FreeChain<'a, T, S> {
@@ -116,7 +116,11 @@ fn moved<T: Field, S: Homogeneous>(
 fn check_derivatives<T: Field, S: Homogeneous>(space: S) {
     // Legs with a stiffness of e^1.8, and without tension.
     for tension in [0.0, 2.0] {
-        let layouts = [Layout::between_ends(LEGS), of_spline(space.dim()), closed()];
+        let layouts = [
+            ChainLayout::between_ends(LEGS),
+            of_spline(space.dim()),
+            closed(),
+        ];
         for layout in layouts {
             check_derivatives_of::<T, S>(space, layout, tension);
         }
@@ -124,7 +128,7 @@ fn check_derivatives<T: Field, S: Homogeneous>(space: S) {
 }
 
 /// A direction in which the knots may move.
-fn direction(layout: &Layout, d: usize) -> Vec<f64> {
+fn direction(layout: &ChainLayout, d: usize) -> Vec<f64> {
     let mut direction = numbers(layout.count() * 2 * d, 11);
     for (block, x) in direction.chunks_exact_mut(2 * d).enumerate() {
         if layout.held[layout.knot(block)] == Held::Point {
@@ -134,7 +138,7 @@ fn direction(layout: &Layout, d: usize) -> Vec<f64> {
     direction
 }
 
-fn check_derivatives_of<T: Field, S: Homogeneous>(space: S, layout: Layout, tension: f64) {
+fn check_derivatives_of<T: Field, S: Homogeneous>(space: S, layout: ChainLayout, tension: f64) {
     let d = space.dim();
     let direction = direction(&layout, d);
     let mut room = room::<T, S>(space);
@@ -213,7 +217,7 @@ fn gradient_and_second_derivative_are_those_of_the_cost() {
 fn jumps_of_the_third_vector_vanish_where_a_descent_ends() {
     let space = Frames { r: 5, k: 2 };
     let mut room = room::<f64, _>(space);
-    let mut chain = chain::<f64, _>(space, Layout::between_ends(LEGS), 0.0, &mut room);
+    let mut chain = chain::<f64, _>(space, ChainLayout::between_ends(LEGS), 0.0, &mut room);
     assert_eq!(descend(&mut chain), StopReason::Converged);
     chain.set_forces();
     let most = chain.gradient().iter().fold(0.0_f64, |a, b| a.max(b.abs()));
@@ -273,7 +277,7 @@ fn turned(space: impl Homogeneous, knots: &ChainKnots, knot: usize) -> ChainKnot
 fn check_nearness<S: Homogeneous>(space: S) {
     let (d, r) = (space.dim(), space.size());
     let mut room = room::<f64, _>(space);
-    let chain = chain::<f64, _>(space, Layout::between_ends(LEGS), 0.0, &mut room);
+    let chain = chain::<f64, _>(space, ChainLayout::between_ends(LEGS), 0.0, &mut room);
     let knots = &chain.state.knots;
     // The frame of a point is not unique.
     let [largest, energy] = knots.difference(space, &turned(space, knots, 2));
@@ -336,9 +340,9 @@ fn a_descent_stops_near_a_known_end() {
     let space = Frames { r: 5, k: 2 };
     let rooms = [(); 2].map(|()| room::<f64, _>(space));
     let [mut first, mut second] = rooms;
-    let mut first = chain::<f64, _>(space, Layout::between_ends(LEGS), 0.0, &mut first);
+    let mut first = chain::<f64, _>(space, ChainLayout::between_ends(LEGS), 0.0, &mut first);
     assert_eq!(descend(&mut first), StopReason::Converged);
-    let mut second = chain::<f64, _>(space, Layout::between_ends(LEGS), 0.0, &mut second);
+    let mut second = chain::<f64, _>(space, ChainLayout::between_ends(LEGS), 0.0, &mut second);
     let known = &first.state.knots;
     assert!(!known.is_near(space, &second.state.knots));
     assert_eq!(descend_beside(&mut second, &[known]), StopReason::Stagnated);

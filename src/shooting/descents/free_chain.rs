@@ -1,11 +1,11 @@
 //! A chain of legs with free knots: the curve of least cost for given conditions on the knots.
 
 use super::chain_knots::ChainKnots;
-use super::layout::{Held, Layout};
+use super::layout::{ChainLayout, Held};
 use super::stiffness::{Stiffness, StiffnessScratch};
 use crate::linalg::field::{Field, larger, multiply, multiply_transposed, transposed_multiply};
 use crate::linalg::simd::each;
-use crate::shooting::taylor::leg::{Leg, Scratch};
+use crate::shooting::taylor::leg::{LegScratch, SeriesLeg};
 use crate::shooting::taylor::orders::{MOST, Orders};
 use crate::shooting::taylor::room::Room;
 use crate::shooting::taylor::variation::{MORE_TERMS, TERMS};
@@ -13,7 +13,7 @@ use crate::space::{Homogeneous, orthonormalise};
 
 /// The knots, and the middles of the legs.
 #[derive(Clone)]
-pub(crate) struct State<T> {
+pub(crate) struct KnotState<T> {
     pub(crate) knots: ChainKnots,
     middles: Vec<T>,
 }
@@ -21,10 +21,10 @@ pub(crate) struct State<T> {
 /// Consecutive legs, in groups of eight.
 pub(crate) struct FreeChain<'a, T: Field, S> {
     pub(crate) space: S,
-    pub(crate) layout: Layout,
-    pub(crate) state: State<T>,
-    pub(crate) groups: Vec<Group<'a, T>>,
-    buffers: Buffers<T>,
+    pub(crate) layout: ChainLayout,
+    pub(crate) state: KnotState<T>,
+    pub(crate) groups: Vec<FreeLegGroup<'a, T>>,
+    buffers: FreeChainBuffers<T>,
     /// The largest residual of the equations of the legs.
     pub(crate) defect: f64,
     /// `int |x'|^2 + tau |x|^2 dt / 2` of the cubics between the knots, up to second order in the defect.
@@ -35,8 +35,8 @@ pub(crate) struct FreeChain<'a, T: Field, S> {
 }
 
 /// One leg, or eight of them, with its linear equations.
-pub(crate) struct Group<'a, T> {
-    pub(crate) leg: Leg<'a, T>,
+pub(crate) struct FreeLegGroup<'a, T> {
+    pub(crate) leg: SeriesLeg<'a, T>,
     pub(crate) stiffness: Stiffness<T>,
     /// What the gradient of the cost consists of: `x''_0, x'_0, x''_1, x'_1` of the cubics between the knots; in tension
     /// with `x'' - tau x` in place of `x''`.
@@ -45,8 +45,8 @@ pub(crate) struct Group<'a, T> {
 }
 
 #[derive(Clone)]
-struct Buffers<T: Field> {
-    leg: Scratch<T>,
+struct FreeChainBuffers<T: Field> {
+    leg: LegScratch<T>,
     stiffness: StiffnessScratch<T>,
 }
 
@@ -71,14 +71,14 @@ const NODES: [(f64, f64); 5] = [
 
 impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
     pub(crate) fn len(space: S, legs: usize) -> usize {
-        legs.div_ceil(T::COUNT) * Leg::<T>::len(space)
+        legs.div_ceil(T::COUNT) * SeriesLeg::<T>::len(space)
     }
 
     /// Built from the knots, for curves with a tension.
     pub(crate) fn new(
         space: S,
         knots: ChainKnots,
-        layout: Layout,
+        layout: ChainLayout,
         tension: f64,
         room: &'a mut [T],
     ) -> Self {
@@ -88,20 +88,20 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         let mut chain = FreeChain {
             space,
             layout,
-            state: State {
+            state: KnotState {
                 knots,
                 middles: vec![T::ZERO; groups * 3 * d],
             },
             groups: (0..groups)
-                .map(|_| Group {
-                    leg: Leg::new(space, &mut room),
+                .map(|_| FreeLegGroup {
+                    leg: SeriesLeg::new(space, &mut room),
                     stiffness: Stiffness::new(space),
                     forces: vec![T::ZERO; 4 * d],
                     cost: T::ZERO,
                 })
                 .collect(),
-            buffers: Buffers {
-                leg: Scratch::new(space, MOST),
+            buffers: FreeChainBuffers {
+                leg: LegScratch::new(space, MOST),
                 stiffness: StiffnessScratch::new(space, TERMS),
             },
             defect: f64::INFINITY,
@@ -183,7 +183,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
     /// Sets the middles to those of cubics of flat space.
     fn set_flat_middles(&mut self) {
         let (space, d, r) = (self.space, self.space.dim(), self.space.size());
-        for (Group { leg, .. }, middle) in self
+        for (FreeLegGroup { leg, .. }, middle) in self
             .groups
             .iter_mut()
             .zip(self.state.middles.chunks_exact_mut(3 * d))
@@ -221,7 +221,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
             &mut self.groups,
             &mut self.buffers.leg,
             #[inline(always)]
-            |scratch, group, Group { leg, cost, .. }| {
+            |scratch, group, FreeLegGroup { leg, cost, .. }| {
                 let state = middles[group * 3 * d..][..3 * d].chunks_exact(d);
                 for (x, from) in leg.middle.iter_mut().zip(state) {
                     x.copy_from_slice(from);
@@ -233,7 +233,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
             },
         );
         self.defect = 0.0;
-        for Group { leg, .. } in &self.groups {
+        for FreeLegGroup { leg, .. } in &self.groups {
             self.defect = larger(self.defect, leg.residual.size);
         }
         let lengths = self.layout.lengths.iter().enumerate();
@@ -294,7 +294,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
             &mut self.buffers,
             #[inline(always)]
             |buffers, _, group| {
-                let Group { leg, stiffness, .. } = group;
+                let FreeLegGroup { leg, stiffness, .. } = group;
                 stiffness.set(space, leg, &mut buffers.leg, &mut buffers.stiffness);
             },
         );
@@ -308,7 +308,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
             &mut (),
             #[inline(always)]
             |(), _, group| {
-                let Group {
+                let FreeLegGroup {
                     leg,
                     stiffness,
                     forces,
@@ -384,7 +384,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
                     }
                 }
             }
-            let Group { leg, stiffness, .. } = &self.groups[group];
+            let FreeLegGroup { leg, stiffness, .. } = &self.groups[group];
             let space = self.space;
             space.vectorised(
                 #[inline(always)]
@@ -406,7 +406,7 @@ pub(crate) fn products_of_step(space: impl Homogeneous, legs: usize) -> f64 {
 
 /// Half the integral of `|x'|^2 + tau |x|^2`, for a leg that meets its ends.
 #[inline(always)]
-fn leg_cost<T: Field>(leg: &Leg<'_, T>, x: &[T]) -> T {
+fn leg_cost<T: Field>(leg: &SeriesLeg<'_, T>, x: &[T]) -> T {
     let d = leg.velocity.len();
     let mut cost = half_square(d, x, 1);
     if let Some(tension) = leg.tension {

@@ -15,7 +15,7 @@ pub(crate) enum Held {
 
 /// A chain of legs. The movable knots are unknowns, each a block `(p, v)` of a displacement and a velocity.
 #[derive(Debug, Clone)]
-pub(crate) struct Layout {
+pub(crate) struct ChainLayout {
     /// Durations of the legs.
     pub(crate) lengths: Vec<f64>,
     /// The fixed part of each knot; `All` is only allowed at the first and the last one.
@@ -26,12 +26,12 @@ pub(crate) struct Layout {
     pub(crate) accelerations: [Vec<f64>; 2],
 }
 
-impl Layout {
+impl ChainLayout {
     /// Legs of unit duration, whose inner knots are free.
     pub(crate) fn between_ends(legs: usize) -> Self {
         let mut held = vec![Held::Nothing; legs + 1];
         (held[0], held[legs]) = (Held::All, Held::All);
-        Layout {
+        ChainLayout {
             lengths: vec![1.0; legs],
             held,
             is_closed: false,

@@ -1,7 +1,7 @@
 //! A state of a descent: the cost and its quadratic model, the steps of the model, and whether a step succeeded.
 
-use super::free_chain::{FreeChain, State};
-use super::layout::Layout;
+use super::free_chain::{FreeChain, KnotState};
+use super::layout::ChainLayout;
 use crate::linalg::field::Field;
 use crate::solve::block_cholesky::SymmetricBlocks;
 use crate::space::Homogeneous;
@@ -33,41 +33,41 @@ const CORRECTIONS: usize = 4;
 const HOPELESS: f64 = 1.0;
 
 /// The knots, and the quadratic model of the cost as a function of them.
-pub(crate) struct Place<T> {
-    state: State<T>,
+pub(crate) struct DescentState<T> {
+    state: KnotState<T>,
     cost: f64,
     own_cost: f64,
     gradient: Vec<f64>,
-    layout: Layout,
+    layout: ChainLayout,
     /// The second derivative, and the one of flat space.
     exact: SymmetricBlocks,
     flat: SymmetricBlocks,
 }
 
 /// A change of the knots, and the predicted decrease of the cost.
-pub(crate) struct Step {
+pub(crate) struct DescentStep {
     pub(crate) change: Vec<f64>,
     pub(crate) decrease: f64,
 }
 
-impl<T> Place<T> {
+impl<T> DescentState<T> {
     /// A damped step; `None` if the matrix is not positive definite or the step is too long.
-    pub(crate) fn step(&self, damping: f64, farthest: f64) -> Option<Step> {
+    pub(crate) fn step(&self, damping: f64, farthest: f64) -> Option<DescentStep> {
         let factor = self.exact.plus(damping, &self.flat).factored()?;
         let mut change: Vec<f64> = self.gradient.iter().map(|g| -g).collect();
         factor.solve(&mut change);
         let slope: f64 = self.gradient.iter().zip(&change).map(|(g, s)| g * s).sum();
         let decrease = -slope - 0.5 * self.exact.form(&change);
         let size = self.layout.largest_change(&change);
-        (size <= farthest).then_some(Step { change, decrease })
+        (size <= farthest).then_some(DescentStep { change, decrease })
     }
 }
 
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     /// The current place, for legs with linear equations and forces.
-    pub(crate) fn place(&self) -> Place<T> {
+    pub(crate) fn place(&self) -> DescentState<T> {
         let [exact, flat] = self.second_derivatives();
-        Place {
+        DescentState {
             state: self.state.clone(),
             cost: self.cost,
             own_cost: self.own_cost,
@@ -79,7 +79,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     }
 
     /// Returns to a place; the linear equations are not restored.
-    pub(crate) fn restore(&mut self, place: &Place<T>) {
+    pub(crate) fn restore(&mut self, place: &DescentState<T>) {
         self.state = place.state.clone();
         self.set_knots();
         self.evaluate();
@@ -92,7 +92,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     }
 
     /// Moves the knots, and corrects the legs as accurately as the comparison of costs requires.
-    pub(crate) fn try_step(&mut self, step: &Step) {
+    pub(crate) fn try_step(&mut self, step: &DescentStep) {
         self.follow(&step.change);
         self.evaluate();
         self.meet_ends((MET_SHARE * step.decrease).sqrt());
@@ -110,14 +110,19 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     }
 
     /// The fraction of the predicted decrease that a step has achieved.
-    pub(crate) fn share(&self, before: &Place<T>, decrease: f64) -> f64 {
+    pub(crate) fn share(&self, before: &DescentState<T>, decrease: f64) -> f64 {
         (before.cost - self.cost) / decrease
     }
 
     /// Whether a step succeeded: the cost decreased by a fraction of the predicted decrease. If that is too small to be
     /// measured in the cost, a step without damping is trusted; with the more accurate second derivative, the gradient
     /// must have been halved.
-    pub(crate) fn is_lower(&mut self, before: &Place<T>, decrease: f64, damping: f64) -> bool {
+    pub(crate) fn is_lower(
+        &mut self,
+        before: &DescentState<T>,
+        decrease: f64,
+        damping: f64,
+    ) -> bool {
         let (unseen, is_trusted) = match self.is_fine() {
             true => (UNSEEN_FINELY, true),
             false => (UNSEEN, damping == 0.0),

@@ -1,8 +1,8 @@
 //! The second derivative of the cost of a chain with respect to its knots, and its counterpart in flat space.
 
 use super::chain_knots::BEAM;
-use super::free_chain::{FreeChain, Group};
-use super::layout::Layout;
+use super::free_chain::{FreeChain, FreeLegGroup};
+use super::layout::ChainLayout;
 use crate::linalg::field::Field;
 use crate::solve::block_cholesky::SymmetricBlocks;
 use crate::space::Homogeneous;
@@ -58,7 +58,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
 /// within the block of size `d` at the given row and column.
 fn add_leg(
     blocks: &mut SymmetricBlocks,
-    layout: &Layout,
+    layout: &ChainLayout,
     leg: usize,
     d: usize,
     add: impl Fn([usize; 2], usize, &mut [f64]),
@@ -90,7 +90,7 @@ fn add_leg(
 }
 
 /// The isometry between the frame carried along a leg and the frame of its last knot.
-pub(crate) fn isometry<T: Field>(group: &Group<'_, T>, lane: usize) -> Vec<f64> {
+pub(crate) fn isometry<T: Field>(group: &FreeLegGroup<'_, T>, lane: usize) -> Vec<f64> {
     group.leg.holonomy.iter().map(|x| x.lane(lane)).collect()
 }
 

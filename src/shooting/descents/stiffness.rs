@@ -1,9 +1,9 @@
 //! The response of the accelerations at the ends of a leg to changes of the knots there.
 
 use crate::linalg::field::{Field, accumulate, factor, multiply, substitute, substitute_rows};
-use crate::shooting::taylor::leg::{Leg, Scratch};
+use crate::shooting::taylor::leg::{LegScratch, SeriesLeg};
 use crate::shooting::taylor::leg_equations::{combined, residual_into, set_equations, uncombined};
-use crate::shooting::taylor::variation::Variation;
+use crate::shooting::taylor::variation::MiddleVariation;
 use crate::space::Homogeneous;
 
 /// The linear equations `C dm + E z = -b` for the change `dm` of a leg's middle, where `z` contains changes `(p, v)` of
@@ -36,7 +36,7 @@ pub(crate) struct Stiffness<T> {
 pub(crate) struct StiffnessScratch<T: Field> {
     /// Number of terms of the series of the derivative, after the three given ones.
     pub(crate) terms: usize,
-    variation: Variation<T>,
+    variation: MiddleVariation<T>,
     direct: Vec<T>,
     vectors: Vec<T>,
     /// Changes caused by the residuals of the point and of the last velocity, shape `(4 d, 2 d)`, and by a displacement
@@ -51,7 +51,7 @@ impl<T: Field> StiffnessScratch<T> {
         let zeros = |count: usize| vec![T::ZERO; count];
         StiffnessScratch {
             terms,
-            variation: Variation::new(space, 3, terms),
+            variation: MiddleVariation::new(space, 3, terms),
             direct: zeros((d + space.isotropy_dim()) * d),
             vectors: zeros((2 * square).max(2 * d * d)),
             by_last: zeros(8 * d * d),
@@ -77,8 +77,8 @@ impl<T: Field> Stiffness<T> {
     pub(crate) fn set(
         &mut self,
         space: impl Homogeneous,
-        leg: &Leg<'_, T>,
-        scratch: &mut Scratch<T>,
+        leg: &SeriesLeg<'_, T>,
+        scratch: &mut LegScratch<T>,
         own: &mut StiffnessScratch<T>,
     ) {
         let (d, wide) = (space.dim(), 3 * space.dim());
@@ -110,7 +110,7 @@ impl<T: Field> Stiffness<T> {
     fn set_by_first(
         &mut self,
         space: impl Homogeneous,
-        leg: &Leg<'_, T>,
+        leg: &SeriesLeg<'_, T>,
         own: &mut StiffnessScratch<T>,
     ) {
         let (d, r) = (space.dim(), space.size());
@@ -133,7 +133,7 @@ impl<T: Field> Stiffness<T> {
     fn set_matrix(
         &mut self,
         space: impl Homogeneous,
-        leg: &Leg<'_, T>,
+        leg: &SeriesLeg<'_, T>,
         own: &mut StiffnessScratch<T>,
     ) {
         let d = space.dim();
@@ -204,7 +204,12 @@ impl<T: Field> Stiffness<T> {
     /// `x''_0, x'_0, x''_1, x'_1`, with `x'' - tau x` in place of `x''` in tension, after a step that solves the leg's
     /// own equations for fixed knots.
     #[inline(always)]
-    pub(crate) fn corrected_into(&self, space: impl Homogeneous, leg: &Leg<'_, T>, out: &mut [T]) {
+    pub(crate) fn corrected_into(
+        &self,
+        space: impl Homogeneous,
+        leg: &SeriesLeg<'_, T>,
+        out: &mut [T],
+    ) {
         let d = space.dim();
         for (i, vectors) in [&leg.thirds, &leg.accelerations].into_iter().enumerate() {
             for (end, vector) in vectors.iter().enumerate() {
@@ -231,7 +236,7 @@ impl<T: Field> Stiffness<T> {
     pub(crate) fn step_into(
         &self,
         space: impl Homogeneous,
-        leg: &Leg<'_, T>,
+        leg: &SeriesLeg<'_, T>,
         z: &[T],
         out: &mut [T],
     ) {

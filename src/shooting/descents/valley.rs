@@ -13,7 +13,7 @@
 //! Chamberlain, Powell, Lemarechal, Pedersen (1982), Mathematical Programming Studies 16, 1-17 (the watchdog technique).
 
 use super::free_chain::FreeChain;
-use super::place::{DAMPING, FARTHEST, LOWER, MET, MOST, Place, RAISE, Step};
+use super::place::{DAMPING, DescentState, DescentStep, FARTHEST, LOWER, MET, MOST, RAISE};
 use crate::error::Result;
 use crate::legs::Options;
 use crate::linalg::field::Field;
@@ -42,7 +42,11 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(crate) fn leap(&mut self, before: &Place<T>, options: &Options<'_>) -> Result<Option<f64>> {
+    pub(crate) fn leap(
+        &mut self,
+        before: &DescentState<T>,
+        options: &Options<'_>,
+    ) -> Result<Option<f64>> {
         let Some(damped) = damped_step(before) else {
             return Ok(None);
         };
@@ -71,7 +75,12 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     ///
     /// # Errors
     /// `Interrupted`.
-    fn lands(&mut self, before: &Place<T>, leap: &Step, options: &Options<'_>) -> Result<bool> {
+    fn lands(
+        &mut self,
+        before: &DescentState<T>,
+        leap: &DescentStep,
+        options: &Options<'_>,
+    ) -> Result<bool> {
         self.follow(&leap.change);
         self.evaluate();
         for _ in 0..RETURNS {
@@ -100,7 +109,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
 }
 
 /// The step with the first damping that makes the second derivative positive definite, and that damping.
-fn damped_step<T>(place: &Place<T>) -> Option<(Step, f64)> {
+fn damped_step<T>(place: &DescentState<T>) -> Option<(DescentStep, f64)> {
     let mut damping = DAMPING;
     while damping <= MOST {
         if let Some(step) = place.step(damping, FARTHEST) {
@@ -112,7 +121,11 @@ fn damped_step<T>(place: &Place<T>) -> Option<(Step, f64)> {
 }
 
 /// The longest step within a reach, if it promises much more than a damped one.
-fn longest_step<T>(place: &Place<T>, damped: &(Step, f64), reach: f64) -> Option<Step> {
+fn longest_step<T>(
+    place: &DescentState<T>,
+    damped: &(DescentStep, f64),
+    reach: f64,
+) -> Option<DescentStep> {
     let (damped, mut damping) = (&damped.0, damped.1);
     let (mut longest, mut ratio) = (None, LOWER);
     while damping > FINEST && ratio < CLOSE {
@@ -124,5 +137,5 @@ fn longest_step<T>(place: &Place<T>, damped: &(Step, f64), reach: f64) -> Option
             None => ratio = ratio.sqrt(),
         }
     }
-    longest.filter(|step: &Step| step.decrease > SOFT * damped.decrease)
+    longest.filter(|step: &DescentStep| step.decrease > SOFT * damped.decrease)
 }

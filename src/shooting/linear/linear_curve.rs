@@ -21,12 +21,12 @@ pub(crate) struct LinearCurve {
     /// The second derivative of half the cost, shape `(4 d, 4 d)`.
     pub(crate) stiffness: Vec<f64>,
     /// Empty if points cannot move, or if their displacements are not wanted.
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<CurvePart>,
 }
 
 /// The points of a part of the curve, through which frames and displacements are interpolated.
 #[derive(Debug)]
-pub(crate) struct Part {
+pub(crate) struct CurvePart {
     pub(crate) start: f64,
     pub(crate) length: f64,
     pub(crate) through: Arc<Barycentric>,

@@ -23,8 +23,8 @@ use crate::linalg::field::{
     Field, accumulate, larger, largest, multiply, set_identity, transposed_multiply,
 };
 use crate::shooting::taylor::orders::{LONGEST, Orders};
-use crate::shooting::taylor::series::{Series, turn_into, turn_size};
-use crate::shooting::taylor::variation::{Node, Variation};
+use crate::shooting::taylor::series::{LegSeries, turn_into, turn_size};
+use crate::shooting::taylor::variation::{MiddleVariation, Node};
 use crate::space::Homogeneous;
 
 /// Number of additional terms of the derivative of a series.
@@ -34,12 +34,12 @@ const MORE: usize = 2;
 const NODES: usize = 6;
 
 /// `x, x', x''` at a time.
-pub(crate) type State<T> = [Vec<T>; 3];
+pub(crate) type LinearState<T> = [Vec<T>; 3];
 
 /// A linear function of a variation: of the displacement of the first point, shape `(rows, d)`, and of the changes of `x, x',
 /// x''` at the middle, shape `(rows, 3 d)`; in row-major order.
 #[derive(Debug)]
-pub(crate) struct Response<T> {
+pub(crate) struct LegResponse<T> {
     pub(crate) direct: Vec<T>,
     pub(crate) bent: Vec<T>,
 }
@@ -53,13 +53,13 @@ pub(crate) struct LinearLeg<T> {
     /// Frames at the points relative to the one at the first end, shape `(r, r)` in row-major order.
     pub(crate) frames: Vec<T>,
     /// Displacements of the points, `d` rows for each; only of the first one if the others are not wanted.
-    pub(crate) displacements: Response<T>,
+    pub(crate) displacements: LegResponse<T>,
     /// `(w, a, b)` at the first end by the changes at the middle, shape `(3 d, 3 d)`.
     pub(crate) first: Vec<T>,
     /// `(p, w, a, b)` at the last end.
-    pub(crate) last: Response<T>,
+    pub(crate) last: LegResponse<T>,
     /// `x, x', x''` at the last end.
-    pub(crate) last_state: State<T>,
+    pub(crate) last_state: LinearState<T>,
 }
 
 impl<T: Field> LinearLeg<T> {
@@ -67,15 +67,15 @@ impl<T: Field> LinearLeg<T> {
     /// needed.
     pub(crate) fn from_start(
         space: impl Homogeneous,
-        first: &State<T>,
+        first: &LinearState<T>,
         tension: Option<T>,
         has_points: bool,
     ) -> Option<Self> {
         let d = space.dim();
-        let mut series = Series::new(space, LONGEST + MORE);
+        let mut series = LegSeries::new(space, LONGEST + MORE);
         // To the middle, by the series about the first end.
         let order = resolve(space, first, tension, &mut series)?;
-        let mut middle: State<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
+        let mut middle: LinearState<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
         let mut before = vec![T::ZERO; d];
         for (derivative, x) in middle.iter_mut().enumerate() {
             series.at_ends(d, order + 3, derivative, [&mut before, x]);
@@ -90,7 +90,7 @@ impl<T: Field> LinearLeg<T> {
     /// The leg about its middle, from series with the given number of terms.
     fn about(
         space: impl Homogeneous,
-        series: &Series<T>,
+        series: &LegSeries<T>,
         tension: Option<T>,
         order: usize,
         has_points: bool,
@@ -98,9 +98,9 @@ impl<T: Field> LinearLeg<T> {
         let d = space.dim();
         let nodes = Nodes::of(order / 2 + NODES);
         let at: Vec<Node> = nodes.s.iter().map(|s| (s - 0.5, 0.0)).collect();
-        let mut variation = Variation::<T>::with_nodes(space, 3, order, Cow::Owned(at));
+        let mut variation = MiddleVariation::<T>::with_nodes(space, 3, order, Cow::Owned(at));
         variation.set_changes(space, series, tension, order);
-        let mut last_state: State<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
+        let mut last_state: LinearState<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
         let mut before = vec![T::ZERO; d];
         for (derivative, x) in last_state.iter_mut().enumerate() {
             series.at_ends(d, order + 3, derivative, [&mut before, x]);
@@ -152,8 +152,8 @@ fn frames<T: Field>(space: impl Homogeneous, turns: &[T], nodes: &[f64]) -> Vec<
 
 /// `g^{-1} dg` as a function of a variation: its part in `m` at all points, and the whole, `d + h` rows, at the last end.
 struct Turns<T> {
-    displacements: Response<T>,
-    last: Response<T>,
+    displacements: LegResponse<T>,
+    last: LegResponse<T>,
 }
 
 impl<T: Field> Turns<T> {
@@ -185,7 +185,7 @@ impl<T: Field> Turns<T> {
         }
         accumulate(&nodes.at[1], count, &rates, all * wide, &mut sums);
         let points = if has_points { count + 2 } else { 1 };
-        let mut displacements = Response {
+        let mut displacements = LegResponse {
             direct: zeros(points * d * d),
             bent: zeros(points * d * wide),
         };
@@ -207,7 +207,7 @@ impl<T: Field> Turns<T> {
             let sums = &sums[point * all * wide..][..all * wide];
             accumulate(&transposed, all, sums, wide, bent);
         }
-        let mut last = Response {
+        let mut last = LegResponse {
             direct: zeros(all * d),
             bent: sums.split_off(count * all * wide),
         };
@@ -226,10 +226,10 @@ impl<T: Field> Turns<T> {
 #[inline(always)]
 fn last<T: Field>(
     space: impl Homogeneous,
-    turned: &Response<T>,
-    state: &State<T>,
-    variation: &Variation<T>,
-) -> Response<T> {
+    turned: &LegResponse<T>,
+    state: &LinearState<T>,
+    variation: &MiddleVariation<T>,
+) -> LegResponse<T> {
     let d = space.dim();
     let part = |turned: &[T], columns: usize| {
         let mut out = vec![T::ZERO; 4 * d * columns];
@@ -243,7 +243,7 @@ fn last<T: Field>(
         }
         out
     };
-    Response {
+    LegResponse {
         direct: part(&turned.direct, d),
         bent: part(&turned.bent, 3 * d),
     }
@@ -255,9 +255,9 @@ fn last<T: Field>(
 /// commute.
 fn resolve<T: Field>(
     space: impl Homogeneous,
-    state: &State<T>,
+    state: &LinearState<T>,
     tension: Option<T>,
-    series: &mut Series<T>,
+    series: &mut LegSeries<T>,
 ) -> Option<usize> {
     let orders = Orders::finest();
     let views = state.each_ref().map(Vec::as_slice);
@@ -280,8 +280,12 @@ fn resolve<T: Field>(
     }
 }
 
-/// [`Series::extend_turns`] by vector instructions.
-fn extend_turns<T: Field>(space: impl Homogeneous, series: &mut Series<T>, powers: Range<usize>) {
+/// [`LegSeries::extend_turns`] by vector instructions.
+fn extend_turns<T: Field>(
+    space: impl Homogeneous,
+    series: &mut LegSeries<T>,
+    powers: Range<usize>,
+) {
     space.vectorised(
         #[inline(always)]
         || series.extend_turns(space, powers),
@@ -289,7 +293,7 @@ fn extend_turns<T: Field>(space: impl Homogeneous, series: &mut Series<T>, power
 }
 
 /// A bound on the velocity, as for a leg.
-fn speed<T: Field>(state: &State<T>, tension: Option<T>) -> f64 {
+fn speed<T: Field>(state: &LinearState<T>, tension: Option<T>) -> f64 {
     let bound = |lane: usize| {
         let [v, a, b] = state.each_ref().map(|x| {
             let square: f64 = x.iter().map(|x| x.lane(lane).powi(2)).sum();

@@ -6,8 +6,8 @@
 
 use faer::Mat;
 
-use super::linear_curve::{LinearCurve, Part, SOLVER};
-use super::linear_leg::{LinearLeg, Response, State};
+use super::linear_curve::{CurvePart, LinearCurve, SOLVER};
+use super::linear_leg::{LegResponse, LinearLeg, LinearState};
 use crate::curve::barycentric::Barycentric;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -51,7 +51,7 @@ struct Placed {
 /// As [`linearise`](super::linearise::linearise).
 pub(crate) fn of_legs(
     space: impl Homogeneous,
-    mut state: State<f64>,
+    mut state: LinearState<f64>,
     tension: f64,
     has_points: bool,
     interrupt: Interrupt<'_>,
@@ -157,7 +157,7 @@ fn past(leg: &LinearLeg<f64>, by_start: &Mat<f64>, length: f64) -> Mat<f64> {
 }
 
 /// A response as a matrix of `4 d` columns.
-fn matrix(response: &Response<f64>, d: usize) -> Mat<f64> {
+fn matrix(response: &LegResponse<f64>, d: usize) -> Mat<f64> {
     let rows = response.direct.len() / d;
     Mat::from_fn(rows, 4 * d, |i, j| match j.checked_sub(d) {
         None => response.direct[i * d + j],
@@ -197,7 +197,7 @@ fn between_ends(
         for (frame, out) in relative.zip(frames.chunks_exact_mut(r * r)) {
             multiply(r, &placed.frame, frame, out);
         }
-        Part {
+        CurvePart {
             start: placed.start,
             length: placed.length,
             through: Barycentric::of(&leg.nodes),
@@ -251,7 +251,7 @@ fn derivatives(flow: &Mat<f64>) -> Result<Mat<f64>> {
 }
 
 /// `x, x', x''` in another unit of time.
-fn scaled(state: &State<f64>, unit: f64) -> State<f64> {
+fn scaled(state: &LinearState<f64>, unit: f64) -> LinearState<f64> {
     std::array::from_fn(|i| {
         let factor = unit.powi(i as i32 + 1);
         state[i].iter().map(|x| x * factor).collect()

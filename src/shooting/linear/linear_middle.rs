@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use super::linear_curve::{LinearCurve, Part};
-use super::linear_leg::{LinearLeg, Response};
+use super::linear_curve::{CurvePart, LinearCurve};
+use super::linear_leg::{LegResponse, LinearLeg};
 use crate::curve::barycentric::Barycentric;
 use crate::linalg::field::{Field, accumulate, factor, largest_each, substitute};
 use crate::shooting::taylor::leg_equations::combined;
@@ -23,13 +23,13 @@ pub(crate) fn at_middle<T: Field>(
     leg: &LinearLeg<T>,
     count: usize,
 ) -> Vec<Option<LinearCurve>> {
-    let Solved {
+    let SolvedMiddle {
         stiffness,
         displacements,
         is_regular,
     } = space.vectorised(
         #[inline(always)]
-        || Solved::of(space.dim(), leg),
+        || SolvedMiddle::of(space.dim(), leg),
     );
     let square = space.size().pow(2);
     let lane = |x: &[T], lane: usize| x.iter().map(|x| x.lane(lane)).collect::<Vec<f64>>();
@@ -38,7 +38,7 @@ pub(crate) fn at_middle<T: Field>(
         is_regular[i].then(|| LinearCurve {
             frame: lane(&leg.frames[leg.frames.len() - square..], i),
             stiffness: lane(&stiffness, i),
-            parts: vec![Part {
+            parts: vec![CurvePart {
                 start: 0.0,
                 length: 1.0,
                 through: Arc::clone(&through),
@@ -51,13 +51,13 @@ pub(crate) fn at_middle<T: Field>(
 }
 
 /// The response of one leg to the data at its ends.
-struct Solved<T> {
+struct SolvedMiddle<T> {
     stiffness: Vec<T>,
     displacements: Vec<T>,
     is_regular: Vec<bool>,
 }
 
-impl<T: Field> Solved<T> {
+impl<T: Field> SolvedMiddle<T> {
     #[inline(always)]
     fn of(d: usize, leg: &LinearLeg<T>) -> Self {
         let (wide, all) = (3 * d, 4 * d);
@@ -115,11 +115,11 @@ impl<T: Field> Solved<T> {
         for x in &mut stiffness[d * all..3 * d * all] {
             *x = -*x;
         }
-        let Response { direct, bent } = &leg.displacements;
+        let LegResponse { direct, bent } = &leg.displacements;
         let mut displacements = zeros(4 * direct.len());
         accumulate(bent, wide, &middle, all, &mut displacements);
         add_columns(d, direct, &mut displacements);
-        Solved {
+        SolvedMiddle {
             stiffness,
             displacements,
             is_regular,

@@ -4,7 +4,7 @@ use std::ops::Mul;
 
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
-use crate::space::{Brackets, Homogeneous, Products, write_row};
+use crate::space::{Brackets, Homogeneous, RowProducts, write_row};
 
 /// `out = -(sum weight [x, y])_m`.
 #[inline(always)]
@@ -89,7 +89,7 @@ pub(crate) fn subtract_action<'a, A, B, X: Field>(
     space.each_turned_run(
         #[inline(always)]
         |p, row, column, count| {
-            let products = Products {
+            let products = RowProducts {
                 r: space.size(),
                 inner: space.isotropy_range(),
                 row,
@@ -105,7 +105,7 @@ pub(crate) fn subtract_action<'a, A, B, X: Field>(
                 return;
             }
             // A row of `z x`, the other term of `[z, x]`.
-            let products = Products {
+            let products = RowProducts {
                 r: space.size(),
                 inner,
                 row,

@@ -1,9 +1,9 @@
 //! The linearised equations of a leg, solved for everything except the velocities at its ends.
 
-use super::leg::{Leg, Scratch};
+use super::leg::{LegScratch, SeriesLeg};
 use super::leg_equations::{combined, residual_into, set_equations};
 use super::room::Room;
-use super::variation::Variation;
+use super::variation::MiddleVariation;
 use crate::linalg::field::{Field, accumulate, factor, substitute, substitute_rows};
 use crate::space::Homogeneous;
 
@@ -47,10 +47,10 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
     pub(crate) fn linearise(
         &mut self,
         space: impl Homogeneous,
-        leg: &Leg<'_, T>,
+        leg: &SeriesLeg<'_, T>,
         terms: usize,
-        scratch: &mut Scratch<T>,
-        variation: &mut Variation<T>,
+        scratch: &mut LegScratch<T>,
+        variation: &mut MiddleVariation<T>,
     ) {
         let wide = 3 * space.dim();
         set_equations(space, leg, terms, scratch, variation, self.factors);
@@ -68,7 +68,7 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
 
     /// Sets the residuals at the current state of a leg.
     #[inline(always)]
-    pub(crate) fn set_constants(&mut self, space: impl Homogeneous, leg: &Leg<'_, T>) {
+    pub(crate) fn set_constants(&mut self, space: impl Homogeneous, leg: &SeriesLeg<'_, T>) {
         let d = space.dim();
         residual_into(leg, self.right);
         for x in &mut *self.right {
@@ -85,7 +85,7 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
     pub(crate) fn write_step(
         &self,
         space: impl Homogeneous,
-        leg: &Leg<'_, T>,
+        leg: &SeriesLeg<'_, T>,
         [first, last]: [&[T]; 2],
         turned: &mut [T],
         step: &mut [T],
@@ -106,7 +106,7 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
 #[inline(always)]
 fn set_by_velocities<T: Field>(
     space: impl Homogeneous,
-    leg: &Leg<'_, T>,
+    leg: &SeriesLeg<'_, T>,
     by_conditions: &[T],
     out: &mut [T],
 ) {

@@ -1,7 +1,7 @@
 //! A leg of a chain: its middle, and the residuals of its equations.
 
 use super::room::Room;
-use super::series::Series;
+use super::series::LegSeries;
 use crate::linalg::field::{Field, larger, largest, transposed_multiply};
 use crate::space::{Homogeneous, orthonormalise};
 
@@ -9,7 +9,7 @@ use crate::space::{Homogeneous, orthonormalise};
 ///
 /// Frames are relative to the frame of the knot where the leg starts, matrices in row-major order; vectors are
 /// coordinates in the frame of the knot at the respective end, unless stated otherwise.
-pub(crate) struct Leg<'a, T> {
+pub(crate) struct SeriesLeg<'a, T> {
     /// The next knot's frame.
     pub(crate) target: &'a mut [T],
     /// `x, x', x''` at the middle.
@@ -19,7 +19,7 @@ pub(crate) struct Leg<'a, T> {
     pub(crate) last_velocity: &'a mut [T],
     /// Tension of the curve; `None` for a cubic.
     pub(crate) tension: Option<T>,
-    pub(crate) residual: Residual<'a, T>,
+    pub(crate) residual: LegResidual<'a, T>,
     /// Order of its series, and the number of terms that it needs beyond those predicted by its speed.
     pub(crate) order: usize,
     pub(crate) more: usize,
@@ -32,7 +32,7 @@ pub(crate) struct Leg<'a, T> {
 }
 
 /// The residuals of a leg's equations.
-pub(crate) struct Residual<'a, T> {
+pub(crate) struct LegResidual<'a, T> {
     /// Excess of `x` over its required value at both ends.
     pub(crate) velocities: [&'a mut [T]; 2],
     /// Displacement of the end from the next knot.
@@ -43,7 +43,7 @@ pub(crate) struct Residual<'a, T> {
     pub(crate) tail: T,
 }
 
-impl<T: Field> Residual<'_, T> {
+impl<T: Field> LegResidual<'_, T> {
     /// Square root of the sum of squares of all entries of a lane.
     #[inline(always)]
     pub(crate) fn norm(&self, lane: usize) -> f64 {
@@ -56,20 +56,20 @@ impl<T: Field> Residual<'_, T> {
 
 /// Buffers shared by all legs.
 #[derive(Clone)]
-pub(crate) struct Scratch<T> {
-    pub(crate) series: Series<T>,
+pub(crate) struct LegScratch<T> {
+    pub(crate) series: LegSeries<T>,
     reached: Vec<T>,
     u: Vec<T>,
     work: Vec<T>,
     wanted: Vec<T>,
 }
 
-impl<T: Field> Scratch<T> {
+impl<T: Field> LegScratch<T> {
     pub(crate) fn new(space: impl Homogeneous, order: usize) -> Self {
         let square = space.size() * space.size();
         let zeros = |count: usize| vec![T::ZERO; count];
-        Scratch {
-            series: Series::new(space, order),
+        LegScratch {
+            series: LegSeries::new(space, order),
             reached: zeros(square),
             u: zeros(square),
             work: zeros(2 * square),
@@ -78,7 +78,7 @@ impl<T: Field> Scratch<T> {
     }
 }
 
-impl<'a, T: Field> Leg<'a, T> {
+impl<'a, T: Field> SeriesLeg<'a, T> {
     /// Number of floating-point numbers of a leg.
     pub(crate) fn len(space: impl Homogeneous) -> usize {
         15 * space.dim() + 2 * space.size() * space.size()
@@ -86,7 +86,7 @@ impl<'a, T: Field> Leg<'a, T> {
 
     pub(crate) fn new(space: impl Homogeneous, room: &mut Room<'a, T>) -> Self {
         let (d, square) = (space.dim(), space.size() * space.size());
-        Leg {
+        SeriesLeg {
             target: room.take(square),
             middle: std::array::from_fn(|_| room.take(d)),
             velocity: room.take(d),
@@ -94,7 +94,7 @@ impl<'a, T: Field> Leg<'a, T> {
             tension: None,
             order: 0,
             more: 0,
-            residual: Residual {
+            residual: LegResidual {
                 velocities: std::array::from_fn(|_| room.take(d)),
                 point: room.take(d),
                 size: f64::INFINITY,
@@ -114,11 +114,11 @@ impl<'a, T: Field> Leg<'a, T> {
 
     /// Computes the residuals from series of its order; those of `x` stay in the buffers.
     #[inline(always)]
-    pub(crate) fn set_residual(&mut self, space: impl Homogeneous, scratch: &mut Scratch<T>) {
+    pub(crate) fn set_residual(&mut self, space: impl Homogeneous, scratch: &mut LegScratch<T>) {
         let order = self.order;
         let (d, r) = (space.dim(), space.size());
         let square = r * r;
-        let Scratch {
+        let LegScratch {
             series,
             u,
             reached,
@@ -154,7 +154,7 @@ impl<'a, T: Field> Leg<'a, T> {
             space.turn_into(self.holonomy, reached, last);
         }
         self.residual.tail = series.curve_tail(space, order).larger(tail);
-        let Residual {
+        let LegResidual {
             velocities: [first, last],
             point,
             size,

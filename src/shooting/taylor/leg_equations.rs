@@ -1,7 +1,7 @@
 //! The linearised equations of a leg for its middle.
 
-use super::leg::{Leg, Scratch};
-use super::variation::Variation;
+use super::leg::{LegScratch, SeriesLeg};
+use super::variation::MiddleVariation;
 use crate::linalg::field::Field;
 use crate::space::Homogeneous;
 
@@ -11,10 +11,10 @@ use crate::space::Homogeneous;
 #[inline(always)]
 pub(crate) fn set_equations<T: Field>(
     space: impl Homogeneous,
-    leg: &Leg<'_, T>,
+    leg: &SeriesLeg<'_, T>,
     terms: usize,
-    scratch: &mut Scratch<T>,
-    variation: &mut Variation<T>,
+    scratch: &mut LegScratch<T>,
+    variation: &mut MiddleVariation<T>,
     matrix: &mut [T],
 ) {
     let (d, wide) = (space.dim(), 3 * space.dim());
@@ -22,7 +22,7 @@ pub(crate) fn set_equations<T: Field>(
     series.set_curve(space, leg.middle(), leg.tension, terms);
     series.set_frames(space, terms + 3);
     variation.set(space, series, leg.tension, terms);
-    let Variation { ends, eta, .. } = variation;
+    let MiddleVariation { ends, eta, .. } = variation;
     for (reached, ends) in leg.reached.iter().zip(ends.iter_mut()) {
         space.add_turning(reached, eta, wide, &mut ends[1]);
     }
@@ -42,7 +42,7 @@ pub(crate) fn set_equations<T: Field>(
 
 /// The residuals of a leg's equations, in the combinations of [`combined`].
 #[inline(always)]
-pub(crate) fn residual_into<T: Field>(leg: &Leg<'_, T>, out: &mut [T]) {
+pub(crate) fn residual_into<T: Field>(leg: &SeriesLeg<'_, T>, out: &mut [T]) {
     let d = out.len() / 3;
     let [first, last] = &leg.residual.velocities;
     for p in 0..d {

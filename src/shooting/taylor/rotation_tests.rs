@@ -2,8 +2,8 @@
 
 use super::brackets::minus_bracket_into;
 use super::rotation_series::{rotation_reached_into, sum_of_brackets};
-use super::series::{Series, at_ends};
-use super::variation::Variation;
+use super::series::{LegSeries, at_ends};
+use super::variation::MiddleVariation;
 use crate::linalg::field::{Field, largest, transposed_multiply};
 use crate::linalg::lanes::Lanes;
 use crate::space::{FixedFrames, Homogeneous, Subspaces, skew};
@@ -11,7 +11,7 @@ use crate::space::{FixedFrames, Homogeneous, Subspaces, skew};
 const ORDER: usize = 40;
 
 /// A vector at both ends.
-type AtEnds = [[f64; 3]; 2];
+type VectorsAtEnds = [[f64; 3]; 2];
 
 /// `x, x', x''` at a middle: general, at rest, turning about one axis, and with zeros.
 fn middles(d: usize) -> Vec<[Vec<f64>; 3]> {
@@ -33,7 +33,7 @@ fn rotations_between_the_ends_are_those_of_the_frames() {
     fn compare(space: impl Homogeneous) {
         for middle in middles(space.dim()) {
             for order in [ORDER, ORDER + 1] {
-                let mut series = Series::new(space, order);
+                let mut series = LegSeries::new(space, order);
                 let middle = middle.each_ref().map(Vec::as_slice);
                 series.set_curve(space, middle, None, order);
                 let [mut found, mut expected, mut first, mut last] = [[0.0; 9]; 4];
@@ -83,7 +83,7 @@ fn last_terms_measure_the_truncation() {
     let middle = [1.0, 2.3, 5.7].map(|seed: f64| [seed.sin(), seed.cos(), 0.4 * seed]);
     let middle = middle.each_ref().map(<[f64; 3]>::as_slice);
     let [mut exact, mut found] = [[0.0; 9]; 2];
-    let mut series = Series::new(space, ORDER);
+    let mut series = LegSeries::new(space, ORDER);
     series.set_curve(space, middle, None, ORDER);
     series.reached_into(space, ORDER, &mut exact);
     for order in [6, 9, 12, 15] {
@@ -106,13 +106,13 @@ fn variations_are_those_of_differences() {
         .into_iter()
         .flat_map(|m| [(m.clone(), None), (m, Some(1.7))])
     {
-        let mut variation = Variation::new(space, 3, ORDER - 2);
-        let mut series = Series::new(space, ORDER);
+        let mut variation = MiddleVariation::new(space, 3, ORDER - 2);
+        let mut series = LegSeries::new(space, ORDER);
         let views = middle.each_ref().map(Vec::as_slice);
         series.set_curve(space, views, tension, ORDER);
         variation.set_changes(space, &series, tension, ORDER - 2);
         for column in 0..9 {
-            let [back, on]: [[AtEnds; 3]; 2] = [-H, H].map(|h| {
+            let [back, on]: [[VectorsAtEnds; 3]; 2] = [-H, H].map(|h| {
                 let mut moved = middle.clone();
                 moved[column / 3][column % 3] += h;
                 series.set_curve(space, moved.each_ref().map(Vec::as_slice), tension, ORDER);
@@ -145,9 +145,9 @@ fn changes<T: Field>(middle: &[Vec<f64>; 3], [allocated, terms]: [usize; 2]) -> 
     let middle = middle
         .each_ref()
         .map(|x| x.iter().map(|x| T::constant(*x)).collect::<Vec<T>>());
-    let mut series = Series::new(space, ORDER);
+    let mut series = LegSeries::new(space, ORDER);
     series.set_curve(space, middle.each_ref().map(Vec::as_slice), None, ORDER);
-    let mut variation = Variation::new(space, 3, allocated);
+    let mut variation = MiddleVariation::new(space, 3, allocated);
     variation.set_changes(space, &series, None, terms);
     let ends = variation.ends.iter().flatten().flatten();
     ends.map(|x| x.lane(T::COUNT - 1)).collect()

@@ -9,7 +9,7 @@ use super::rotation_series::{
     write_rotation,
 };
 use crate::linalg::field::{Field, largest_each, set_identity, transposed_multiply};
-use crate::space::{Homogeneous, Products, SLACK, skew, write_row};
+use crate::space::{Homogeneous, RowProducts, SLACK, skew, write_row};
 
 /// Coefficients of `x` and of the frame `g` in powers of `s`, the time from the middle of the leg.
 ///
@@ -19,14 +19,14 @@ use crate::space::{Homogeneous, Products, SLACK, skew, write_row};
 /// w_s = \sum_{i < j,\ i + j = s + 1} (j - i)\, [x_i, x_j]
 /// ```
 #[derive(Clone)]
-pub(crate) struct Series<T> {
+pub(crate) struct LegSeries<T> {
     /// Coefficients of `x`: `order + 3` coordinate vectors, and the same as skew matrices.
     pub(crate) x: Vec<T>,
     pub(crate) matrices: Vec<T>,
     /// Coefficients of `w_h`, as skew matrices.
     pub(crate) isotropy: Vec<T>,
-    /// Coefficients of the frame: matrices in row-major order. In three dimensions quaternions after [`Series::set_turns`], and those
-    /// of the rotation between opposite times after [`Series::reached_into`].
+    /// Coefficients of the frame: matrices in row-major order. In three dimensions quaternions after [`LegSeries::set_turns`], and those
+    /// of the rotation between opposite times after [`LegSeries::reached_into`].
     pub(crate) frames: Vec<T>,
     /// Buffer for a run of coordinates.
     run: Vec<T>,
@@ -35,12 +35,12 @@ pub(crate) struct Series<T> {
 /// Values of vectors or matrices at both ends of a leg.
 pub(crate) type AtEnds<'a, T> = [&'a mut [T]; 2];
 
-impl<T: Field> Series<T> {
+impl<T: Field> LegSeries<T> {
     /// Allocates series up to an order.
     pub(crate) fn new(space: impl Homogeneous, order: usize) -> Self {
         let (d, square) = (space.dim(), space.size() * space.size());
         let matrices = |count: usize| vec![T::ZERO; count * square + SLACK];
-        Series {
+        LegSeries {
             x: vec![T::ZERO; (order + 3) * d],
             matrices: matrices(order + 3),
             isotropy: matrices(order),
@@ -70,7 +70,7 @@ impl<T: Field> Series<T> {
 
     /// Computes the coefficients `k + 3` of `x` for `k` in `powers`, after all before them.
     ///
-    /// Compiled once instead of into every caller, like [`Series::extend_frames`].
+    /// Compiled once instead of into every caller, like [`LegSeries::extend_frames`].
     #[inline(never)]
     pub(crate) fn extend_curve(
         &mut self,
@@ -167,7 +167,7 @@ impl<T: Field> Series<T> {
                     let len = space.row_len(column);
                     let alike = (column..r).take_while(|c| space.row_len(*c) == len);
                     let count = alike.count();
-                    let products = Products {
+                    let products = RowProducts {
                         r,
                         inner: 0..len,
                         row,
@@ -217,7 +217,7 @@ impl<T: Field> Series<T> {
         extend_quaternions(&self.matrices, &mut self.frames, 0..power);
     }
 
-    /// Computes the coefficients `k + 1` of [`Series::set_turns`] for `k` in `powers`, after all before them.
+    /// Computes the coefficients `k + 1` of [`LegSeries::set_turns`] for `k` in `powers`, after all before them.
     #[inline(always)]
     pub(crate) fn extend_turns(&mut self, space: impl Homogeneous, powers: Range<usize>) {
         match space.size() {
@@ -241,7 +241,7 @@ impl<T: Field> Series<T> {
     }
 
     /// The largest contribution of the last two terms to `x'` and to the frame's derivative at the ends, after
-    /// [`Series::set_turns`].
+    /// [`LegSeries::set_turns`].
     #[inline(always)]
     pub(crate) fn tail(&self, space: impl Homogeneous, order: usize) -> T {
         let frame = self.frame_tail(turn_size(space), order);
@@ -264,7 +264,7 @@ impl<T: Field> Series<T> {
     }
 }
 
-/// Number of entries of a coefficient computed by [`Series::set_turns`].
+/// Number of entries of a coefficient computed by [`LegSeries::set_turns`].
 #[inline(always)]
 pub(crate) fn turn_size(space: impl Homogeneous) -> usize {
     match space.size() {
@@ -273,7 +273,7 @@ pub(crate) fn turn_size(space: impl Homogeneous) -> usize {
     }
 }
 
-/// The frame at a time, from the coefficients of [`Series::set_turns`].
+/// The frame at a time, from the coefficients of [`LegSeries::set_turns`].
 #[inline(always)]
 pub(crate) fn turn_into<T: Field>(
     space: impl Homogeneous,
@@ -423,7 +423,7 @@ mod tests {
                 let entries = (0..d).map(|p| (seed + 1.9 * p as f64).sin());
                 entries.collect::<Vec<f64>>()
             });
-            let mut series = Series::new(space, 12);
+            let mut series = LegSeries::new(space, 12);
             let middle = middle.each_ref().map(Vec::as_slice);
             series.set_curve(space, middle, None, 12);
             series.set_frames(space, 14);

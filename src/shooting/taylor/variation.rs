@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::brackets::{isotropy_bracket_into, minus_bracket_into, subtract_action};
 use super::rotation_series::{add_cross_products, is_of_rotations, set_coordinates, weigh};
-use super::series::{Series, at_ends, at_opposite_times, value_at};
+use super::series::{LegSeries, at_ends, at_opposite_times, value_at};
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, accumulate, transposed_multiply};
 use crate::space::{Homogeneous, axis};
@@ -51,7 +51,7 @@ fn nodes(terms: usize) -> &'static [Node] {
 
 /// Changes at the ends as functions of changes of `x, x', x''` at the middle, `3 d` columns each, in row-major order.
 #[derive(Clone)]
-pub(crate) struct Variation<T: Field> {
+pub(crate) struct MiddleVariation<T: Field> {
     /// Changes of `x` and of its derivatives at the first and the last end, shape `(d, 3 d)`, by order.
     pub(crate) ends: Vec<[Vec<T>; 2]>,
     /// Change of the frame at the last end relative to the one at the first, `g eta`: coordinates of `m` before those
@@ -75,7 +75,7 @@ pub(crate) struct Variation<T: Field> {
     work: Vec<T>,
 }
 
-impl<T: Field> Variation<T> {
+impl<T: Field> MiddleVariation<T> {
     /// Allocates `terms + 3` coefficients, and the changes of `x, x', x''` at the ends, as many of them as wanted.
     ///
     /// Their number is not part of the type: compiled for each, the kernels would take a megabyte more.
@@ -102,7 +102,7 @@ impl<T: Field> Variation<T> {
         let zeros = |count: usize| vec![T::ZERO; count];
         let columns = |count: usize| vec![T::Columns::ZERO; count];
         let wide = || std::array::from_fn(|_| zeros(3 * d * d));
-        Variation {
+        MiddleVariation {
             ends: (0..wanted).map(|_| wide()).collect(),
             eta: zeros((d + h) * 3 * d),
             terms: columns((terms + 3) * d * kept),
@@ -123,7 +123,7 @@ impl<T: Field> Variation<T> {
     pub(crate) fn set(
         &mut self,
         space: impl Homogeneous,
-        series: &Series<T>,
+        series: &LegSeries<T>,
         tension: Option<T>,
         terms: usize,
     ) {
@@ -138,7 +138,7 @@ impl<T: Field> Variation<T> {
     pub(crate) fn set_changes(
         &mut self,
         space: impl Homogeneous,
-        series: &Series<T>,
+        series: &LegSeries<T>,
         tension: Option<T>,
         terms: usize,
     ) {
@@ -152,7 +152,7 @@ impl<T: Field> Variation<T> {
     fn set_columns(
         &mut self,
         space: impl Homogeneous,
-        series: &Series<T>,
+        series: &LegSeries<T>,
         tension: Option<T>,
         terms: usize,
     ) {
@@ -207,7 +207,7 @@ impl<T: Field> Variation<T> {
 
     /// Computes the change of the frame, after the changes at the nodes.
     #[inline(never)]
-    fn set_eta(&mut self, space: impl Homogeneous, series: &Series<T>, terms: usize) {
+    fn set_eta(&mut self, space: impl Homogeneous, series: &LegSeries<T>, terms: usize) {
         space.vectorised(
             #[inline(always)]
             || {
@@ -228,7 +228,7 @@ impl<T: Field> Variation<T> {
     fn set_axes(
         &mut self,
         space: impl Homogeneous,
-        series: &Series<T>,
+        series: &LegSeries<T>,
         tension: Option<T>,
         terms: usize,
     ) {
@@ -278,7 +278,7 @@ impl<T: Field> Variation<T> {
     fn set_terms(
         &mut self,
         space: impl Homogeneous,
-        series: &Series<T>,
+        series: &LegSeries<T>,
         tension: Option<T>,
         column: usize,
         terms: usize,
@@ -357,7 +357,7 @@ impl<T: Field> Variation<T> {
 
     /// `Ad_{g(1/2)^{-1} g(s)}` at the nodes, times the weights.
     #[inline(always)]
-    fn set_adjoints(&mut self, space: impl Homogeneous, series: &Series<T>, count: usize) {
+    fn set_adjoints(&mut self, space: impl Homogeneous, series: &LegSeries<T>, count: usize) {
         let (d, h, r) = (space.dim(), space.isotropy_dim(), space.size());
         let square = r * r;
         let frames = &series.frames[..count * square];

@@ -12,7 +12,7 @@ use super::chain::{Chain, JOINS, Joint, Means, Movable, links, square};
 use super::embedded::InEmbedding;
 use super::motion::Motion;
 use crate::cubic::boundary::guess::carry;
-use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Coordinates;
 use crate::cubic::taylor::marches::{Passage, arrival};
 use crate::cubic::taylor::packing::entries;
@@ -177,7 +177,7 @@ impl Chain for Ambient<'_> {
     fn work_of_leg(&self) -> f64 {
         let (n, k) = self.points[0].shape();
         let r = n.min(4 * k);
-        work_of_curve(Sized::frames(r - k, k)) + self.work_of_span()
+        work_of_curve(Sizes::frames(r - k, k)) + self.work_of_span()
     }
 
     fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State) {
@@ -212,10 +212,10 @@ impl InEmbedding for Ambient<'_> {
         self.kind
     }
 
-    fn space(&self) -> (Sized, usize) {
+    fn space(&self) -> (Sizes, usize) {
         let (n, k) = self.points[0].shape();
         let r = n.min(4 * k);
-        (Sized::new(r - k, k, self.kind.quotient), k)
+        (Sizes::new(r - k, k, self.kind.quotient), k)
     }
 
     fn tension(&self) -> f64 {
@@ -227,7 +227,7 @@ impl Movable for Ambient<'_> {
     fn work_of_knot(&self) -> f64 {
         let (n, k) = self.points[0].shape();
         let r = n.min(2 * k);
-        JOINS * (work_of_join(Sized::frames(r - k, k)) + (n * r * k) as f64)
+        JOINS * (work_of_join(Sizes::frames(r - k, k)) + (n * r * k) as f64)
     }
 
     /// Vectors may come from points nearby, so only their tangential parts are used.

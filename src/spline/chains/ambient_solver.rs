@@ -3,8 +3,8 @@
 use super::ambient::Ambient;
 use super::embedded::InEmbedding;
 use super::interpolation::Interpolation;
-use super::iteration::Iteration;
-use super::solution::{Effort, Solution};
+use super::iteration::ChainIteration;
+use super::solution::{ChainSolution, Effort};
 use crate::error::Result;
 use crate::spline::ends::Ends;
 
@@ -13,11 +13,11 @@ impl Ambient<'_> {
     ///
     /// # Errors
     /// An error if the start cannot be integrated; `Interrupted`.
-    pub(crate) fn solve(&self, ends: &Ends, effort: Effort<'_>) -> Result<Solution> {
+    pub(crate) fn solve(&self, ends: &Ends, effort: Effort<'_>) -> Result<ChainSolution> {
         if let Some(found) = self.in_embedding(ends, None, effort)? {
             return Ok(found);
         }
         let problem = Interpolation::new(self, ends)?;
-        Iteration::solve(&problem, problem.start()?, effort)
+        ChainIteration::solve(&problem, problem.start()?, effort)
     }
 }

@@ -128,7 +128,12 @@ pub(crate) trait Chain: Sync {
     ///
     /// # Errors
     /// An error if it cannot be integrated; `Interrupted`.
-    fn integrated(&self, leg: usize, motion: &Motion, interrupt: Interrupt<'_>) -> Result<Piece> {
+    fn integrated(
+        &self,
+        leg: usize,
+        motion: &Motion,
+        interrupt: Interrupt<'_>,
+    ) -> Result<SpannedPiece> {
         let (basis, state) = self.state(leg, &motion.start(leg, self.lengths()[leg]));
         let mut taylor = PiecewiseTaylor::at(state, Accuracy::FULL);
         taylor.extend_to(1.0, interrupt)?;
@@ -159,7 +164,7 @@ impl<C: Chain> Isometries for Carrying<'_, C> {
 }
 
 /// A basis of a curve's span, unless the span is the whole space, and the polynomials in that basis.
-pub(crate) type Piece = (Option<Mat<f64>>, LazyTaylor);
+pub(crate) type SpannedPiece = (Option<Mat<f64>>, LazyTaylor);
 
 /// A chain whose knots are unknowns too.
 pub(crate) trait Movable: Chain + Sized {
@@ -243,8 +248,8 @@ pub(crate) fn joint(
 /// The errors of the legs.
 pub(crate) fn pieces(
     legs: usize,
-    space: &Space,
-    piece: impl Fn(usize) -> Result<Piece> + Sync,
+    space: &SpannedSpace,
+    piece: impl Fn(usize) -> Result<SpannedPiece> + Sync,
 ) -> Result<Vec<RiemannianCubic>> {
     let curve = |(): &mut (), leg: usize| {
         let (frame, taylor) = piece(leg)?;
@@ -262,7 +267,7 @@ pub(crate) fn pieces(
 }
 
 /// The space of the points.
-pub(crate) struct Space {
+pub(crate) struct SpannedSpace {
     pub(crate) n: usize,
     pub(crate) k: usize,
     /// Orthonormal basis of the span of all points, if the span is smaller than `R^n`.
@@ -299,7 +304,7 @@ impl LegEnds {
         let (size, lengths) = (chain.size(), chain.lengths());
         let mut values = vec![0.0; size * vectors * lengths.len()];
         let mut back = vec![0.0; size * 2 * lengths.len()];
-        let some = |worker: &mut C::Worker, group: usize, (values, back): &mut Parts<'_>| {
+        let some = |worker: &mut C::Worker, group: usize, (values, back): &mut GroupValues<'_>| {
             let first = group * LEGS;
             let count = back.len() / (2 * size);
             let starts: Vec<Vec<f64>> = (first..first + count)
@@ -405,7 +410,7 @@ impl LegEnds {
 }
 
 /// The values of consecutive legs, and the vectors carried back.
-type Parts<'a> = (&'a mut [f64], &'a mut [f64]);
+type GroupValues<'a> = (&'a mut [f64], &'a mut [f64]);
 
 pub(crate) fn square(a: &[f64]) -> f64 {
     a.iter().map(|a| a * a).sum()

@@ -18,7 +18,9 @@ use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::linalg::structure::row_by_row;
 use crate::manifold::grassmann::alignment::alignment;
-use crate::shooting::{ChainKnots, Descent, Held, Layout, LeastCost, least_cost, products_of_step};
+use crate::shooting::{
+    ChainKnots, ChainLayout, DescentProblem, Held, LeastCost, least_cost, products_of_step,
+};
 use crate::solve::tridiagonal::Direction;
 use crate::space::{Quotient, in_space};
 use crate::spline::ends::{End, Ends};
@@ -174,7 +176,7 @@ fn descend(chain: &Framed<'_>, start: FreeKnots, effort: Effort<'_>) -> Result<L
         may_go_on: &may_go_on,
         interrupt: effort.interrupt,
     };
-    let descent = Descent {
+    let descent = DescentProblem {
         layout: start.layout,
         tension: chain.tension(),
         below: f64::INFINITY,
@@ -190,7 +192,7 @@ fn descend(chain: &Framed<'_>, start: FreeKnots, effort: Effort<'_>) -> Result<L
 /// A chain whose legs subdivide those of another one.
 struct FreeKnots {
     knots: ChainKnots,
-    layout: Layout,
+    layout: ChainLayout,
     /// Indices of those knots that belong to the other chain.
     at: Vec<usize>,
 }
@@ -259,9 +261,9 @@ impl FreeKnots {
 }
 
 /// A layout without legs.
-fn layout(ends: &Ends) -> Layout {
+fn layout(ends: &Ends) -> ChainLayout {
     let acceleration = |end: &End| end.acceleration().map_or(Vec::new(), <[f64]>::to_vec);
-    Layout {
+    ChainLayout {
         lengths: Vec::new(),
         held: Vec::new(),
         is_closed: matches!(ends, Ends::Periodic),

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use faer::{Mat, MatRef};
 
-use super::chain::{Chain, Piece};
+use super::chain::{Chain, SpannedPiece};
 use super::motion::Motion;
-use super::solution::{Effort, Solution, SolvedLegs};
+use super::solution::{ChainSolution, Effort, SolvedLegs};
 use crate::collocation::{self, Near};
-use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::lazy_taylor::LazyTaylor;
 use crate::cubic::taylor::leg_taylor::leg_taylor;
 use crate::cubic::taylor::packing::entries;
@@ -41,7 +41,7 @@ pub(crate) trait InEmbedding: Chain {
     fn kind(&self) -> Kind;
 
     /// The space of the equations, and the number of columns of a point.
-    fn space(&self) -> (Sized, usize);
+    fn space(&self) -> (Sizes, usize);
 
     /// Tension of the curves.
     fn tension(&self) -> f64;
@@ -75,7 +75,7 @@ pub(crate) trait InEmbedding: Chain {
         ends: &Ends,
         near: Option<&Near<'_>>,
         effort: Effort<'_>,
-    ) -> Result<Option<Solution>> {
+    ) -> Result<Option<ChainSolution>> {
         if !self.is_even(ends) {
             return Ok(None);
         }
@@ -106,7 +106,7 @@ pub(crate) trait InEmbedding: Chain {
             may_go_on: &may_go_on,
             interrupt: effort.interrupt,
         };
-        let chain = collocation::Chain {
+        let chain = collocation::EmbeddedChain {
             kind: self.kind(),
             points: &points,
             knots: &knots,
@@ -137,7 +137,7 @@ pub(crate) trait InEmbedding: Chain {
             turns: solved.turns().map(Arc::from),
             piece: self.embedded_piece(solved),
         });
-        Ok(Some(Solution {
+        Ok(Some(ChainSolution {
             motion,
             report,
             legs,
@@ -148,7 +148,7 @@ pub(crate) trait InEmbedding: Chain {
     fn embedded_piece(
         &self,
         solved: collocation::SolvedChain,
-    ) -> Arc<dyn Fn(usize) -> Option<Piece> + Send + Sync> {
+    ) -> Arc<dyn Fn(usize) -> Option<SpannedPiece> + Send + Sync> {
         let (frames, (blocks, columns)) = (self.frames_of_space(), self.space());
         let (tension, lengths) = (self.tension(), self.lengths().to_vec());
         let solved = Arc::new(solved);
@@ -159,7 +159,7 @@ pub(crate) trait InEmbedding: Chain {
             let (basis, to_basis, frame, blocks) = match (solved.basis(leg), &frames) {
                 (Some([basis, map]), _) => {
                     let r = basis.ncols();
-                    let spanned = Sized::new(r - columns, columns, blocks.quotient);
+                    let spanned = Sizes::new(r - columns, columns, blocks.quotient);
                     (Some(basis), map, None, spanned)
                 }
                 (None, frames) => {

@@ -6,11 +6,11 @@ use faer::{Mat, MatRef};
 
 use super::chain::{Chain, JOIN, JOINS, Means, Movable};
 use super::motion::Motion;
-use super::neighbours::{Joining, Link};
+use super::neighbours::{Joining, NeighbourLink};
 use crate::cubic::boundary::guess::turned;
-use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::{Horizontal, complete_over};
-use crate::cubic::taylor::leg::Leg;
+use crate::cubic::taylor::leg::LegMap;
 use crate::cubic::taylor::leg_of_blocks::leg_of_blocks;
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::packing::{pack, read_vector, unpack, write_vector};
@@ -36,13 +36,13 @@ const WORTHWHILE: usize = 3;
 
 /// Knots with frames of shape `(r, r)`, whose first columns are the point.
 pub(crate) struct Framed<'a> {
-    blocks: Sized,
+    blocks: Sizes,
     /// Columns of the points: one more than the blocks have if `St(r, r)` is solved as `St(r, r - 1)`.
     columns: usize,
     frames: Arc<[Mat<f64>]>,
     lengths: Vec<f64>,
     tension: f64,
-    links: Vec<Link>,
+    links: Vec<NeighbourLink>,
     interrupt: Interrupt<'a>,
 }
 
@@ -111,7 +111,7 @@ impl<'a> Framed<'a> {
     }
 
     /// Sizes of the blocks of the space whose equations are solved.
-    pub(crate) fn blocks(&self) -> Sized {
+    pub(crate) fn blocks(&self) -> Sizes {
         self.blocks
     }
 
@@ -157,13 +157,13 @@ impl<'a> Framed<'a> {
 
 /// Block sizes of a problem with points of shape `(r, k)`. `St(r, r)` is solved as `St(r, r - 1)`, to which each of its
 /// components is isometric, since the other columns determine the last one. `St(1, 1)`, two points, is not reduced.
-pub(crate) fn blocks(kind: Kind, [r, k]: [usize; 2]) -> Sized {
+pub(crate) fn blocks(kind: Kind, [r, k]: [usize; 2]) -> Sizes {
     let columns = if kind == Kind::REAL_FRAMES && r == k && k > 1 {
         k - 1
     } else {
         k
     };
-    Sized::of_kind(r - columns, columns, kind)
+    Sizes::of_kind(r - columns, columns, kind)
 }
 
 /// Frames whose first columns are the points. For subspaces they are carried along from one to the next.
@@ -198,7 +198,7 @@ pub(crate) fn frames(kind: Kind, points: &[Mat<f64>]) -> Result<Vec<Mat<f64>>> {
 
 /// Integrates legs and carries vectors.
 pub(crate) struct Worker<'a> {
-    leg: Box<dyn Leg + 'a>,
+    leg: Box<dyn LegMap + 'a>,
     scratch: Vec<f64>,
 }
 
@@ -237,7 +237,7 @@ impl<'a> Chain for Framed<'a> {
             out.copy_from_slice(v);
             return Ok(());
         };
-        let Sized { m, k, .. } = self.blocks;
+        let Sizes { m, k, .. } = self.blocks;
         let (r, columns) = (m + k, self.columns);
         let (vector, moved) = worker.scratch.split_at_mut(r * columns);
         write_vector(vector, v, r, self.blocks);
@@ -331,7 +331,7 @@ impl<'a> Chain for Framed<'a> {
             vectors
         };
         let normals = self.frames[leg].nrows() - self.columns;
-        let shape = Sized::new(normals, self.columns, self.blocks.quotient);
+        let shape = Sizes::new(normals, self.columns, self.blocks.quotient);
         let state = State::in_blocks(shape, &self.frames[leg], vectors.each_ref());
         (None, state.in_tension(self.leg_tension(leg)))
     }

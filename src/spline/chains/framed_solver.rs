@@ -9,11 +9,11 @@ use super::chain::Chain;
 use super::embedded::InEmbedding;
 use super::framed::{Framed, coordinates};
 use super::interpolation::Interpolation;
-use super::iteration::Iteration;
+use super::iteration::ChainIteration;
 use super::motion::Motion;
-use super::solution::{Effort, Solution, SolvedLegs, Start};
+use super::solution::{ChainSolution, ChainStart, Effort, SolvedLegs};
 use crate::collocation::Near;
-use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::lazy_taylor::LazyTaylor;
 use crate::cubic::taylor::leg_taylor::leg_taylor;
 use crate::cubic::taylor::march::Accuracy;
@@ -63,17 +63,22 @@ impl Framed<'_> {
     ///
     /// # Errors
     /// An error if the start cannot be integrated; `Interrupted`.
-    pub(crate) fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
+    pub(crate) fn solve(
+        &self,
+        ends: &Ends,
+        start: ChainStart,
+        effort: Effort<'_>,
+    ) -> Result<ChainSolution> {
         if !self.prefers_series()
             && let Some(found) = self.by_embedding(ends, &start, effort)?
         {
             return Ok(found);
         }
         let problem = Interpolation::new(self, ends)?;
-        let is_flat = matches!(start, Start::Flat);
+        let is_flat = matches!(start, ChainStart::Flat);
         let motion = match start {
-            Start::Flat => problem.start()?,
-            Start::Near(motion) => motion,
+            ChainStart::Flat => problem.start()?,
+            ChainStart::Near(motion) => motion,
         };
         let takes_series = self.prefers_series() || self.size() <= MANY;
         if takes_series && self.start_speed(ends, &motion) <= fastest(ends) {
@@ -84,8 +89,8 @@ impl Framed<'_> {
         }
         // Failed attempts count as work, not as iterations: closed chains on St(5, 3) need most of their iterations.
         match is_flat {
-            true => Iteration::solve(&problem, motion, effort),
-            false => Iteration::solve_near(&problem, motion, effort),
+            true => ChainIteration::solve(&problem, motion, effort),
+            false => ChainIteration::solve_near(&problem, motion, effort),
         }
     }
 }
@@ -115,10 +120,10 @@ impl Framed<'_> {
     fn by_embedding(
         &self,
         ends: &Ends,
-        start: &Start,
+        start: &ChainStart,
         effort: Effort<'_>,
-    ) -> Result<Option<Solution>> {
-        let Start::Near(motion) = start else {
+    ) -> Result<Option<ChainSolution>> {
+        let ChainStart::Near(motion) = start else {
             return self.in_embedding(ends, None, effort);
         };
         let near = Near {
@@ -162,7 +167,7 @@ impl Framed<'_> {
         start: &Motion,
         is_flat: bool,
         effort: Effort<'_>,
-    ) -> Result<Solution> {
+    ) -> Result<ChainSolution> {
         in_space!(self.shape(), |space| self
             .in_space(space, ends, start, is_flat, effort))
     }
@@ -183,7 +188,7 @@ impl Framed<'_> {
         start: &Motion,
         is_flat: bool,
         effort: Effort<'_>,
-    ) -> Result<Solution> {
+    ) -> Result<ChainSolution> {
         let knots = self.knots(ends);
         let third_derivative = |leg: usize, times: &[f64]| self.third_derivative(start, leg, times);
         let may_go_on = |products: f64| {
@@ -202,7 +207,7 @@ impl Framed<'_> {
         let (velocities, derivatives) = motion.entries.split_at_mut(knot);
         let (report, curves) =
             shooting::solve::<Lanes, _>(space, &knots, velocities, derivatives, &options)?;
-        Ok(Solution {
+        Ok(ChainSolution {
             motion,
             report,
             legs: curves.map(|curves| self.legs(curves)),
@@ -278,7 +283,7 @@ impl InEmbedding for Framed<'_> {
         self.blocks().kind()
     }
 
-    fn space(&self) -> (Sized, usize) {
+    fn space(&self) -> (Sizes, usize) {
         (self.blocks(), self.columns())
     }
 

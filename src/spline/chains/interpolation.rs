@@ -40,7 +40,7 @@ pub(crate) struct Interpolation<'c, C> {
 }
 
 /// Residuals of the equations.
-pub(crate) struct Residual {
+pub(crate) struct ChainResidual {
     pub(crate) leg_ends: LegEnds,
     /// Jumps of the covariant acceleration at the knots, per unit of time squared: before minus after; at an end, minus
     /// the given one.
@@ -86,12 +86,12 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         motion: &Motion,
         accuracy: Accuracy,
         work: &Work,
-    ) -> Result<Residual> {
+    ) -> Result<ChainResidual> {
         let leg_ends = LegEnds::of(self.chain, motion, VECTORS, accuracy, work)?;
         Ok(self.residual_of(motion, leg_ends))
     }
 
-    fn residual_of(&self, motion: &Motion, leg_ends: LegEnds) -> Residual {
+    fn residual_of(&self, motion: &Motion, leg_ends: LegEnds) -> ChainResidual {
         let d = self.chain.size();
         let accelerations = |leg: usize| [&motion.derivatives(leg)[..d], leg_ends.vector(leg, 2)];
         let jumps = self.knots.jumps::<f64>(d, accelerations);
@@ -101,7 +101,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
             // NaN is propagated.
             size = if jump <= size { size } else { jump };
         }
-        Residual {
+        ChainResidual {
             leg_ends,
             jumps,
             size,
@@ -109,7 +109,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     }
 
     /// Square root of the sum of squares of all residuals, in the time of the legs.
-    pub(crate) fn total(&self, found: &Residual) -> f64 {
+    pub(crate) fn total(&self, found: &ChainResidual) -> f64 {
         let d = self.chain.size();
         let legs = (0..self.chain.lengths().len()).map(|leg| {
             square(found.leg_ends.vector(leg, 0)) + square(found.leg_ends.vector(leg, 1))
@@ -123,7 +123,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     /// legs before and after them.
     pub(crate) fn right_sides(
         &self,
-        found: &Residual,
+        found: &ChainResidual,
         mut add: impl FnMut([Option<usize>; 2], &mut [f64]),
     ) -> Vec<f64> {
         let mut right: Vec<f64> = found.jumps.iter().map(|jump| -jump).collect();
@@ -139,7 +139,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     ///
     /// # Errors
     /// The errors of carrying.
-    pub(crate) fn flat_step(&self, found: &Residual) -> Result<Vec<f64>> {
+    pub(crate) fn flat_step(&self, found: &ChainResidual) -> Result<Vec<f64>> {
         let (d, lengths) = (self.chain.size(), self.chain.lengths());
         let mut worker = self.chain.worker();
         let mut right = self.right_sides(found, |[before, after], right| {

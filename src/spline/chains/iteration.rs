@@ -4,10 +4,10 @@
 //! step of flat space.
 
 use super::chain::Chain;
-use super::interpolation::{Interpolation, Residual};
-use super::linearised::Linearised;
+use super::interpolation::{ChainResidual, Interpolation};
+use super::linearised::LinearisedChain;
 use super::motion::Motion;
-use super::solution::{Effort, Solution};
+use super::solution::{ChainSolution, Effort};
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::work::Work;
 use crate::error::{Result, unless_interrupted};
@@ -49,16 +49,16 @@ const STEP_LENGTHS: i32 = 8;
 /// The method of the next step.
 enum Method {
     Flat,
-    Linear(Box<Linearised>),
+    Linear(Box<LinearisedChain>),
     Krylov,
 }
 
 /// The state of the iteration.
-pub(crate) struct Iteration<'p, 'c, C> {
+pub(crate) struct ChainIteration<'p, 'c, C> {
     problem: &'p Interpolation<'c, C>,
     work: &'p Work,
     motion: Motion,
-    found: Residual,
+    found: ChainResidual,
     accuracy: Accuracy,
     method: Method,
     mixing: Anderson,
@@ -69,13 +69,13 @@ pub(crate) struct Iteration<'p, 'c, C> {
     failures: usize,
 }
 
-impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
+impl<'p, 'c, C: Chain> ChainIteration<'p, 'c, C> {
     /// # Errors
     /// An error if the start cannot be integrated; `Interrupted`.
     fn new(problem: &'p Interpolation<'c, C>, motion: Motion, work: &'p Work) -> Result<Self> {
         let accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
         let found = problem.residual(&motion, accuracy, work)?;
-        Ok(Iteration {
+        Ok(ChainIteration {
             problem,
             work,
             least: found.size,
@@ -97,7 +97,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         problem: &'p Interpolation<'c, C>,
         motion: Motion,
         effort: Effort<'p>,
-    ) -> Result<Solution> {
+    ) -> Result<ChainSolution> {
         Self::new(problem, motion, effort.work)?.run(effort)
     }
 
@@ -105,12 +105,12 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     /// available. Steps of flat space might lead to another solution.
     ///
     /// # Errors
-    /// As [`Iteration::solve`].
+    /// As [`ChainIteration::solve`].
     pub(crate) fn solve_near(
         problem: &'p Interpolation<'c, C>,
         motion: Motion,
         effort: Effort<'p>,
-    ) -> Result<Solution> {
+    ) -> Result<ChainSolution> {
         let mut this = Self::new(problem, motion, effort.work)?;
         if this.has_derivatives() {
             this.linearise()?;
@@ -118,7 +118,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         this.run(effort)
     }
 
-    fn run(mut self, effort: Effort<'_>) -> Result<Solution> {
+    fn run(mut self, effort: Effort<'_>) -> Result<ChainSolution> {
         let (tolerance, max_iterations) = (effort.tolerance, effort.max_iterations);
         let mut iterations = 0;
         let reason = loop {
@@ -147,14 +147,14 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
             }
         };
         let goal = self.goal(tolerance);
-        Ok(Solution {
+        Ok(ChainSolution {
             report: SolverReport::new(reason, iterations, self.found.size, goal),
             motion: self.motion,
             legs: None,
         })
     }
 
-    fn residual(&self, motion: &Motion) -> Result<Residual> {
+    fn residual(&self, motion: &Motion) -> Result<ChainResidual> {
         self.problem.residual(motion, self.accuracy, self.work)
     }
 
@@ -225,7 +225,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     }
 
     /// Without derivatives, the residual may increase for some steps of flat space.
-    fn is_acceptable(&mut self, found: &Residual) -> bool {
+    fn is_acceptable(&mut self, found: &ChainResidual) -> bool {
         if self.has_derivatives() {
             return found.size < self.found.size;
         }
@@ -255,13 +255,13 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         })
     }
 
-    fn accept(&mut self, motion: Motion, found: Residual) {
+    fn accept(&mut self, motion: Motion, found: ChainResidual) {
         self.rate = found.size / self.found.size;
         (self.motion, self.found) = (motion, found);
     }
 
     /// `None` if the motion cannot be integrated.
-    fn tried(&self, share: f64, increment: &[f64]) -> Result<Option<(Motion, Residual)>> {
+    fn tried(&self, share: f64, increment: &[f64]) -> Result<Option<(Motion, ChainResidual)>> {
         let mut motion = self.motion.clone();
         motion.add(share, increment);
         let found = unless_interrupted(self.residual(&motion))?;
@@ -270,7 +270,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     }
 
     /// Merit function of a Newton step: the norm in which its linear equations were solved.
-    fn merit(&self, found: &Residual) -> Result<f64> {
+    fn merit(&self, found: &ChainResidual) -> Result<f64> {
         match self.method {
             Method::Krylov => Ok(norm(&self.problem.flat_step(found)?)),
             _ => Ok(self.problem.total(found)),

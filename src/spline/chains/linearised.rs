@@ -7,7 +7,7 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::chain::Chain;
-use super::interpolation::{Interpolation, Residual};
+use super::interpolation::{ChainResidual, Interpolation};
 use super::motion::Motion;
 use crate::cubic::taylor::march::Accuracy;
 use crate::error::Result;
@@ -23,14 +23,14 @@ const DERIVATIVE: f64 = 100.0;
 const DERIVATIVE_SHARE: f64 = 1e-2;
 
 /// The linearised equations, factored for any right-hand side.
-pub(crate) struct Linearised {
-    legs: Vec<LinearLeg>,
+pub(crate) struct LinearisedChain {
+    legs: Vec<EliminatedLeg>,
     velocities: Factors,
 }
 
 /// The change of a leg's `(x', x'')` is `before dv_j + after dv_{j+1}` minus `inverse` times the leg's defects;
 /// likewise for its last acceleration, with `by_derivatives` for the contribution of the defects.
-struct LinearLeg {
+struct EliminatedLeg {
     inverse: Mat<f64>,
     before: Mat<f64>,
     after: Mat<f64>,
@@ -46,8 +46,8 @@ impl<C: Chain> Interpolation<'_, C> {
     pub(crate) fn linearised(
         &self,
         motion: &Motion,
-        found: &Residual,
-    ) -> Result<Option<Linearised>> {
+        found: &ChainResidual,
+    ) -> Result<Option<LinearisedChain>> {
         let accuracy = Accuracy::of_tolerance(DERIVATIVE_SHARE * found.size.min(1.0));
         let legs = threads::map(
             self.chain.lengths().len(),
@@ -57,10 +57,10 @@ impl<C: Chain> Interpolation<'_, C> {
                 let h = self.chain.lengths()[leg];
                 let start = motion.start(leg, h);
                 let derivative = self.chain.derivative(worker, leg, &start, accuracy)?;
-                Ok(derivative.and_then(|derivative| LinearLeg::new(&derivative, h)))
+                Ok(derivative.and_then(|derivative| EliminatedLeg::new(&derivative, h)))
             },
         );
-        let legs: Option<Vec<LinearLeg>> = legs?.into_iter().collect();
+        let legs: Option<Vec<EliminatedLeg>> = legs?.into_iter().collect();
         let Some(legs) = legs else {
             return Ok(None);
         };
@@ -69,11 +69,11 @@ impl<C: Chain> Interpolation<'_, C> {
             Ends::Periodic => rows.factored_cyclic(),
             Ends::Open(_) => rows.factored(),
         };
-        Ok(velocities.map(|velocities| Linearised { legs, velocities }))
+        Ok(velocities.map(|velocities| LinearisedChain { legs, velocities }))
     }
 
     /// The system for the changes of the velocities.
-    fn rows(&self, legs: &[LinearLeg]) -> BlockTridiagonal {
+    fn rows(&self, legs: &[EliminatedLeg]) -> BlockTridiagonal {
         let (d, count) = (self.chain.size(), self.knots.count());
         let mut rows = BlockTridiagonal::zeros(count, d);
         for knot in 0..count {
@@ -107,7 +107,7 @@ impl<C: Chain> Interpolation<'_, C> {
     }
 
     /// The change of all unknowns that solves the linear equations.
-    pub(crate) fn linear_step(&self, linear: &Linearised, found: &Residual) -> Vec<f64> {
+    pub(crate) fn linear_step(&self, linear: &LinearisedChain, found: &ChainResidual) -> Vec<f64> {
         let (d, legs) = (self.chain.size(), linear.legs.len());
         let mut step = Motion::zeros(d, legs + 1);
         for (i, leg) in linear.legs.iter().enumerate() {
@@ -148,7 +148,7 @@ impl<C: Chain> Interpolation<'_, C> {
     }
 }
 
-impl LinearLeg {
+impl EliminatedLeg {
     /// Built from the derivative of distance, velocity and acceleration with respect to the start; `None` if it is
     /// singular.
     fn new(derivative: &Mat<f64>, h: f64) -> Option<Self> {
@@ -159,7 +159,7 @@ impl LinearLeg {
         let before = &inverse * ends.subcols(0, d) * Scale(-h);
         let after = inverse.as_ref().subcols(d, d) * Scale(h);
         let (by_velocity, by_derivatives) = acceleration.split_at_col(d);
-        Some(LinearLeg {
+        Some(EliminatedLeg {
             arrival: [
                 by_derivatives * &before + by_velocity * Scale(h),
                 by_derivatives * &after,

@@ -7,7 +7,7 @@
 use super::chain::Chain as _;
 use super::framed::Framed;
 use super::motion::Motion;
-use super::solution::{Effort, Solution, Start, piece};
+use super::solution::{ChainSolution, ChainStart, Effort, piece};
 use crate::error::{Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::spline::ends::Ends;
@@ -27,7 +27,7 @@ pub(crate) fn is_far(longest: f64) -> bool {
 
 /// The cheapest of several solutions, with its cost; unconverged solutions have infinite cost.
 pub(crate) struct Cheapest {
-    solution: Solution,
+    solution: ChainSolution,
     cost: f64,
 }
 
@@ -36,7 +36,7 @@ impl Cheapest {
     /// An error if a leg cannot be integrated; `Interrupted`.
     pub(crate) fn new(
         chain: &Framed<'_>,
-        solution: Solution,
+        solution: ChainSolution,
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         let cost = match solution.report.converged {
@@ -60,7 +60,7 @@ impl Cheapest {
         let Some(motion) = start else {
             return Ok(());
         };
-        let Some(found) = solved(chain, ends, Start::Near(motion), effort)? else {
+        let Some(found) = solved(chain, ends, ChainStart::Near(motion), effort)? else {
             return Ok(());
         };
         let other = Self::new(chain, found, effort.interrupt);
@@ -72,7 +72,7 @@ impl Cheapest {
         Ok(())
     }
 
-    pub(crate) fn into_solution(self) -> Solution {
+    pub(crate) fn into_solution(self) -> ChainSolution {
         self.solution
     }
 }
@@ -84,15 +84,15 @@ impl Cheapest {
 pub(crate) fn solved(
     chain: &Framed<'_>,
     ends: &Ends,
-    start: Start,
+    start: ChainStart,
     effort: Effort<'_>,
-) -> Result<Option<Solution>> {
+) -> Result<Option<ChainSolution>> {
     let solution = unless_interrupted(chain.solve(ends, start, effort))?;
     Ok(solution.filter(|solution| solution.report.converged))
 }
 
 /// `int |D_t S'|^2 + tau |S'|^2 dt` in units of time.
-fn cost(chain: &Framed<'_>, solution: &Solution, interrupt: Interrupt<'_>) -> Result<f64> {
+fn cost(chain: &Framed<'_>, solution: &ChainSolution, interrupt: Interrupt<'_>) -> Result<f64> {
     let mut sum = 0.0;
     for (leg, h) in chain.lengths().iter().enumerate() {
         let (_, taylor) = piece(chain, leg, solution, interrupt)?;

@@ -5,7 +5,7 @@ use faer::Mat;
 
 use super::chain::{Joint, joint};
 use crate::cubic::boundary::guess::turned;
-use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Horizontal;
 use crate::cubic::taylor::packing::{entries, pack, read_entries};
 use crate::error::{Error, Result};
@@ -15,7 +15,7 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::space::{Quotient, ScalarField};
 
 /// Relation between the two ends of a leg, matrices in column-major order.
-pub(crate) struct Link {
+pub(crate) struct NeighbourLink {
     /// The frame of the next knot relative to the frame of the knot where the leg starts, shape `(r, r)`.
     pub(crate) next: Vec<f64>,
     /// A vector `v` is carried to `left v right`, in the frames of the two knots; `None` if its coordinates do not
@@ -39,7 +39,7 @@ pub(crate) enum Joining {
 
 impl Joining {
     /// For points of shape `(r, columns)`, whose equations are solved in the given blocks.
-    pub(crate) fn new(blocks: Sized, columns: usize) -> Self {
+    pub(crate) fn new(blocks: Sizes, columns: usize) -> Self {
         let r = blocks.m + blocks.k;
         let is_group = match blocks.field {
             ScalarField::Real => blocks.m == 1 && blocks.quotient == Quotient::Frames,
@@ -62,9 +62,9 @@ impl Joining {
     pub(crate) fn link(
         &mut self,
         frames: [&Mat<f64>; 2],
-        blocks: Sized,
+        blocks: Sizes,
         columns: usize,
-    ) -> Result<Link> {
+    ) -> Result<NeighbourLink> {
         match self {
             Joining::Group { log, next, turn } => {
                 let link = in_group(frames, blocks, log, [next, turn]);
@@ -85,10 +85,10 @@ impl Joining {
 
 fn in_group(
     [from, to]: [&Mat<f64>; 2],
-    blocks: Sized,
+    blocks: Sizes,
     log: &mut OrthogonalLog,
     [next, turn]: [&mut Mat<f64>; 2],
-) -> Result<Link> {
+) -> Result<NeighbourLink> {
     let r = from.nrows();
     mul_into(&mut *next, 1.0, from.transpose(), to);
     log.log_into(turn.as_mut(), next.as_ref())
@@ -100,14 +100,14 @@ fn in_group(
         )?;
     let mut displacement = vec![0.0; blocks.dim()];
     read_entries(|i, j| turn[(i, j)], &mut displacement, blocks);
-    Ok(Link {
+    Ok(NeighbourLink {
         next: entries(next),
         carrying: None,
         displacement,
     })
 }
 
-fn along(joint: &Joint, frames: [&Mat<f64>; 2], blocks: Sized) -> Result<Link> {
+fn along(joint: &Joint, frames: [&Mat<f64>; 2], blocks: Sizes) -> Result<NeighbourLink> {
     let curve = &joint.curve;
     let turn = match &joint.turn {
         Some(turn) => turn.clone(),
@@ -117,7 +117,7 @@ fn along(joint: &Joint, frames: [&Mat<f64>; 2], blocks: Sized) -> Result<Link> {
     let displacement = displacement.as_ref().subcols(0, blocks.k);
     let left = entries(&(frames[1].transpose() * turned(curve, frames[0].as_ref(), 1.0)));
     let displacement = Horizontal::of_tangent(frames[0].as_ref(), displacement);
-    Ok(Link {
+    Ok(NeighbourLink {
         next: entries(&(frames[0].transpose() * frames[1])),
         carrying: Some([left, entries(&turn)]),
         displacement: pack(blocks, &[displacement]),

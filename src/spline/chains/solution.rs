@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 
-use super::chain::{Chain, Piece};
+use super::chain::{Chain, SpannedPiece};
 use super::motion::Motion;
 use crate::cubic::taylor::work::Work;
 use crate::error::Result;
@@ -49,7 +49,7 @@ impl<'a> Effort<'a> {
 }
 
 /// The start of a solver.
-pub(crate) enum Start {
+pub(crate) enum ChainStart {
     /// The spline of flat space.
     Flat,
     /// A motion near a solution, to which the solver should converge.
@@ -57,7 +57,7 @@ pub(crate) enum Start {
 }
 
 /// The result of a solver.
-pub(crate) struct Solution {
+pub(crate) struct ChainSolution {
     pub(crate) motion: Motion,
     pub(crate) report: SolverReport,
     /// The curves between the knots, if the solver provides them.
@@ -70,12 +70,12 @@ pub(crate) struct SolvedLegs {
     /// Their polynomials, for solvers that compute them together.
     pub(crate) polynomials: Option<Arc<dyn Curves>>,
     /// The curve of a leg; `None` if it has to be integrated.
-    pub(crate) piece: Arc<dyn Fn(usize) -> Option<Piece> + Send + Sync>,
+    pub(crate) piece: Arc<dyn Fn(usize) -> Option<SpannedPiece> + Send + Sync>,
     /// For subspaces, what turns the basis at the next knot to the one that a leg reaches, if the solver computes it.
     pub(crate) turns: Option<Arc<[Mat<f64>]>>,
 }
 
-impl Solution {
+impl ChainSolution {
     /// The [turns](SolvedLegs::turns) of the legs.
     pub(crate) fn turns(&self) -> Option<&[Mat<f64>]> {
         self.legs.as_ref()?.turns.as_deref()
@@ -83,7 +83,7 @@ impl Solution {
 
     /// No solution, with the reason in the report.
     pub(crate) fn none(report: SolverReport) -> Self {
-        Solution {
+        ChainSolution {
             motion: Motion::zeros(0, 1),
             report,
             legs: None,
@@ -98,9 +98,9 @@ impl Solution {
 pub(crate) fn piece(
     chain: &impl Chain,
     leg: usize,
-    solution: &Solution,
+    solution: &ChainSolution,
     interrupt: Interrupt<'_>,
-) -> Result<Piece> {
+) -> Result<SpannedPiece> {
     let known = solution.legs.as_ref().and_then(|legs| (legs.piece)(leg));
     match known {
         Some(piece) => Ok(piece),

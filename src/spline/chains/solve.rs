@@ -5,7 +5,7 @@ use super::chain::Chain as _;
 use super::descent;
 use super::framed::Framed;
 use super::low_cost::{self, Cheapest};
-use super::solution::{Effort, Solution, Start};
+use super::solution::{ChainSolution, ChainStart, Effort};
 use crate::cubic::taylor::work::{TRIALS, Work};
 use crate::error::{Result, unless_interrupted};
 use crate::manifold::only_bases::Appearance;
@@ -30,11 +30,11 @@ pub(crate) fn in_frames(
     chain: &Framed<'_>,
     ends: &Ends,
     options: &SplineOptions<'_>,
-) -> Result<Solution> {
+) -> Result<ChainSolution> {
     let work = work_in_frames(chain, options);
     let effort = Effort::new(options, &work);
     // A start too fast to be integrated is left to descents.
-    let first = unless_interrupted(chain.solve(ends, Start::Flat, effort))?;
+    let first = unless_interrupted(chain.solve(ends, ChainStart::Flat, effort))?;
     let first = first.unwrap_or_else(|| unsolved(effort));
     let is_solved = first.report.converged;
     if effort.is_spent(first.report.iterations) || is_solved && !low_cost::is_far(chain.longest()) {
@@ -62,9 +62,9 @@ pub(crate) fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions<'_>) ->
     options.work(TRIALS_IN_FRAMES, trial, Appearance::Usual)
 }
 
-fn unsolved(effort: Effort<'_>) -> Solution {
+fn unsolved(effort: Effort<'_>) -> ChainSolution {
     let reason = effort.reason(0);
-    Solution::none(SolverReport::new(
+    ChainSolution::none(SolverReport::new(
         reason,
         0,
         f64::INFINITY,
@@ -83,7 +83,7 @@ pub(crate) fn in_ambient(
     ends: &Ends,
     points: Appearance,
     options: &SplineOptions<'_>,
-) -> Result<Solution> {
+) -> Result<ChainSolution> {
     let trial = chain.lengths().len() as f64 * chain.work_of_leg();
     let work = options.work(TRIALS, trial, points);
     chain.solve(ends, Effort::new(options, &work))

@@ -92,7 +92,7 @@ pub(crate) fn solved<'a>(
     points: &[MatRef<'_, f64>],
     ends: &EndConditions,
     options: &SplineOptions<'a>,
-) -> Result<(Problem<'a>, Vec<f64>, SolverReport)> {
+) -> Result<(GeometricProblem<'a>, Vec<f64>, SolverReport)> {
     knots::check_tolerance(options.tolerance)?;
     if options.tension != 0.0 {
         return Err(Error::InvalidArgument {
@@ -103,7 +103,7 @@ pub(crate) fn solved<'a>(
     }
     knots::check(t, points)?;
     check_ends(quotient, points, ends)?;
-    let mut problem = Problem::new(quotient, t, points, ends, options.interrupt)?;
+    let mut problem = GeometricProblem::new(quotient, t, points, ends, options.interrupt)?;
     let (velocities, report) = problem.solve(options.tolerance, options.max_iterations)?;
     if !report.converged {
         return Err(Error::NoConvergence {
@@ -115,7 +115,7 @@ pub(crate) fn solved<'a>(
 }
 
 /// The equations, in the coordinates of the span of the data and in units of the mean length of a leg.
-pub(crate) struct Problem<'a> {
+pub(crate) struct GeometricProblem<'a> {
     knots: ReducedKnots,
     ends: Ends,
     links: Links,
@@ -127,7 +127,7 @@ pub(crate) struct Problem<'a> {
 }
 
 /// Residuals of the equations for given velocities.
-struct Residual {
+struct GeometricResidual {
     /// The change of the velocities by a step of the fixed-point iteration.
     step: Vec<f64>,
     /// The largest jump of the acceleration, in the time of the shorter leg; Frobenius norm.
@@ -136,7 +136,7 @@ struct Residual {
     total: f64,
 }
 
-impl<'a> Problem<'a> {
+impl<'a> GeometricProblem<'a> {
     fn new(
         quotient: Quotient,
         t: &[f64],
@@ -149,7 +149,7 @@ impl<'a> Problem<'a> {
         let (n, k) = knots.shape();
         let legs = knots.lengths.len();
         let groups = legs.div_ceil(group(legs));
-        Ok(Problem {
+        Ok(GeometricProblem {
             shape: (n, k),
             work: (0..groups)
                 .map(|_| EndAccelerations::new(quotient, n, k))
@@ -203,7 +203,7 @@ impl<'a> Problem<'a> {
     fn mix(
         &mut self,
         best: &mut Vec<f64>,
-        found: &mut Residual,
+        found: &mut GeometricResidual,
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<usize> {
@@ -234,13 +234,13 @@ impl<'a> Problem<'a> {
         Ok(max_iterations)
     }
 
-    /// [`Problem::residual`]; `None` if a piece does not exist.
-    fn try_residual(&mut self, velocities: &[f64]) -> Result<Option<Residual>> {
+    /// [`GeometricProblem::residual`]; `None` if a piece does not exist.
+    fn try_residual(&mut self, velocities: &[f64]) -> Result<Option<GeometricResidual>> {
         let found = unless_interrupted(self.residual(velocities))?;
         Ok(found.filter(|found| found.total.is_finite()))
     }
 
-    fn residual(&mut self, velocities: &[f64]) -> Result<Residual> {
+    fn residual(&mut self, velocities: &[f64]) -> Result<GeometricResidual> {
         let accelerations = self.accelerations(velocities)?;
         let jumps = self.jumps(velocities, &accelerations);
         let (mut size, mut total) = (0.0_f64, 0.0);
@@ -251,7 +251,7 @@ impl<'a> Problem<'a> {
         }
         let mut step: Vec<f64> = jumps.iter().map(|jump| -jump).collect();
         self.flat.solve(&mut self.links, &mut step)?;
-        Ok(Residual {
+        Ok(GeometricResidual {
             step,
             size,
             total: total.sqrt(),

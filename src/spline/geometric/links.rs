@@ -17,17 +17,17 @@ use crate::threads::{self, scaled};
 
 /// The curves, in order.
 pub(crate) struct Links {
-    links: Vec<Link>,
+    links: Vec<GeodesicLink>,
 }
 
-struct Link {
+struct GeodesicLink {
     curve: QuasiGeodesic,
     carrier: Carrier,
     /// Velocities at the start and at the end.
     displacements: [Mat<f64>; 2],
 }
 
-impl Link {
+impl GeodesicLink {
     fn new(
         [s0, s1]: [MatRef<'_, f64>; 2],
         quotient: Quotient,
@@ -43,7 +43,7 @@ impl Link {
         let first = curve.initial_velocity();
         let mut last = first.clone();
         carrier.carry(&curve, last.as_mut(), Direction::Forward);
-        Ok(Link {
+        Ok(GeodesicLink {
             curve,
             carrier,
             displacements: [first, last],
@@ -63,7 +63,7 @@ impl Links {
             || EndpointProblem::new(n, k),
             |problem, knot| {
                 let ends = [knot, knot + 1].map(|knot| points[knot].as_ref());
-                Link::new(ends, quotient, problem).map_err(|error| error.at_knot(knot))
+                GeodesicLink::new(ends, quotient, problem).map_err(|error| error.at_knot(knot))
             },
         )?;
         Ok(Links { links })
@@ -121,7 +121,7 @@ impl Links {
         mut to: MatMut<'_, f64>,
         way: Direction,
     ) {
-        let Link { curve, carrier, .. } = &mut self.links[link];
+        let GeodesicLink { curve, carrier, .. } = &mut self.links[link];
         to.copy_from(v);
         carrier.carry(curve, to, way);
     }

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::given::Given;
+use super::given::GivenEnd;
 use super::knot_states::KnotStates;
 use crate::cubic::turning::check_variation;
 use crate::error::{Error, Result};
@@ -94,7 +94,7 @@ const ENDS: &str = "dbc";
 /// `AtKnot` if they concern one knot.
 pub(crate) fn check(
     states: &KnotStates,
-    given: [Given; 2],
+    given: [GivenEnd; 2],
     variation: &SplineVariation<'_>,
 ) -> Result<()> {
     let count = states.count();
@@ -117,7 +117,7 @@ pub(crate) fn check(
     for knot in 0..count {
         check_knot(states, given, variation, knot).map_err(|error| error.at_knot(knot))?;
     }
-    if given[0] == Given::OtherEnd {
+    if given[0] == GivenEnd::OtherEnd {
         check_closed(variation, states.holonomy(given)?.as_ref())?;
     }
     Ok(())
@@ -144,7 +144,7 @@ fn check_closed(variation: &SplineVariation<'_>, holonomy: Option<&Mat<f64>>) ->
 
 fn check_knot(
     states: &KnotStates,
-    given: [Given; 2],
+    given: [GivenEnd; 2],
     variation: &SplineVariation<'_>,
     knot: usize,
 ) -> Result<()> {

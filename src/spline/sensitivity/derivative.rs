@@ -30,7 +30,7 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::data_variation::{SplineGradient, SplineVariation, check};
-use super::given::Given;
+use super::given::GivenEnd;
 use super::knot_gradient::KnotGradient;
 use super::knot_states::{KnotStates, SOLVER};
 use super::knot_system::{KnotSystem, check_size};
@@ -38,8 +38,8 @@ use super::spline_ends::check_ends;
 use crate::cubic::RiemannianCubic;
 use crate::cubic::sensitivity::linear_cubic::{LinearCubic, is_on};
 use crate::cubic::sensitivity::linear_flow::{VARIATION, check_cotangents};
-use crate::cubic::sensitivity::linear_piece::{Ends, LinearPiece};
-use crate::cubic::sensitivity::linear_start::Start;
+use crate::cubic::sensitivity::linear_piece::{LinearPiece, PieceEnds};
+use crate::cubic::sensitivity::linear_start::LinearStart;
 use crate::cubic::taylor::packing::entries;
 use crate::cubic::turning::turned;
 use crate::curve::Curve;
@@ -80,7 +80,7 @@ const POINTS: f64 = 3.0;
 pub struct SplineDerivative {
     curve: Piecewise<RiemannianCubic>,
     states: KnotStates,
-    given: [Given; 2],
+    given: [GivenEnd; 2],
     pieces: Vec<LinearPiece>,
     system: KnotSystem,
 }
@@ -100,13 +100,13 @@ impl Piecewise<RiemannianCubic> {
         interrupt: Interrupt<'_>,
     ) -> Result<SplineDerivative> {
         let states = KnotStates::new(self, interrupt)?;
-        let given = Given::of(ends);
+        let given = GivenEnd::of(ends);
         check_ends(&states, ends)?;
         let span = span(&states, given);
         check_size(&states, &span)?;
         let start = |(): &mut (), leg: usize| {
             interrupt.check(SOLVER)?;
-            Start::of_curve(&self.pieces()[leg])
+            LinearStart::of_curve(&self.pieces()[leg])
         };
         let starts = threads::map(
             self.pieces().len(),
@@ -141,8 +141,8 @@ impl Piecewise<RiemannianCubic> {
         ends: &EndConditions,
         interrupt: Interrupt<'_>,
     ) -> Result<SplineGradient> {
-        let given = Given::of(ends);
-        if given.contains(&Given::Acceleration) {
+        let given = GivenEnd::of(ends);
+        if given.contains(&GivenEnd::Acceleration) {
             return self.data_derivative(ends, interrupt)?.cost_gradient();
         }
         let states = KnotStates::new(self, interrupt)?;
@@ -252,7 +252,7 @@ impl SplineDerivative {
             };
             Ok((piece, found))
         };
-        let parts: Vec<(usize, Ends)> =
+        let parts: Vec<(usize, PieceEnds)> =
             threads::map(grouped.len(), self.work_of_points(), || (), part)?;
         let mut gradient = KnotGradient::zeros(&self.states);
         for (piece, by_ends) in parts {
@@ -295,7 +295,7 @@ impl SplineDerivative {
         let ends = self.end_changes(variation);
         let at_end = |end: usize| end * (count - 1) * size;
         for (end, given) in self.given.into_iter().enumerate() {
-            if let (Given::Velocity, Some(v)) = (given, &ends[end]) {
+            if let (GivenEnd::Velocity, Some(v)) = (given, &ends[end]) {
                 add(&mut w[at_end(end)..][..size], 1.0, v);
             }
         }
@@ -312,7 +312,7 @@ impl SplineDerivative {
             );
         }
         for (end, given) in self.given.into_iter().enumerate() {
-            if let (Given::Acceleration, Some(a)) = (given, &ends[end]) {
+            if let (GivenEnd::Acceleration, Some(a)) = (given, &ends[end]) {
                 add(&mut rest[at_end(end)..][..size], [1.0, -1.0][end], a);
             }
         }
@@ -334,7 +334,7 @@ impl SplineDerivative {
     }
 
     /// `(u_0, w_0, u_1, w_1)` of a piece, in its own time.
-    fn ends_of(&self, piece: usize, u: &[f64], w: &[f64]) -> Ends {
+    fn ends_of(&self, piece: usize, u: &[f64], w: &[f64]) -> PieceEnds {
         let (size, h) = (self.states.size(), self.states.lengths[piece]);
         std::array::from_fn(|i| {
             let at = (piece + i / 2) * size;
@@ -357,7 +357,7 @@ impl SplineDerivative {
 
 /// The span of points and given vectors, if it contains everything the spline needs and is smaller than the spans of
 /// the pieces.
-fn span(states: &KnotStates, given: [Given; 2]) -> Span {
+fn span(states: &KnotStates, given: [GivenEnd; 2]) -> Span {
     let (n, k) = states.shape;
     if n <= 4 * k {
         return Span::whole();

@@ -4,7 +4,7 @@ use crate::spline::ends::{EndCondition, EndConditions};
 
 /// The condition at an end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Given {
+pub(crate) enum GivenEnd {
     /// No condition: zero acceleration.
     Nothing,
     Velocity,
@@ -13,14 +13,14 @@ pub(crate) enum Given {
     OtherEnd,
 }
 
-impl Given {
-    pub(crate) fn of(ends: &EndConditions) -> [Given; 2] {
+impl GivenEnd {
+    pub(crate) fn of(ends: &EndConditions) -> [GivenEnd; 2] {
         match ends {
-            EndConditions::Natural => [Given::Nothing; 2],
-            EndConditions::Periodic => [Given::OtherEnd; 2],
+            EndConditions::Natural => [GivenEnd::Nothing; 2],
+            EndConditions::Periodic => [GivenEnd::OtherEnd; 2],
             EndConditions::Each(each) => each.each_ref().map(|end| match end {
-                EndCondition::Velocity(_) => Given::Velocity,
-                EndCondition::Acceleration(_) => Given::Acceleration,
+                EndCondition::Velocity(_) => GivenEnd::Velocity,
+                EndCondition::Acceleration(_) => GivenEnd::Acceleration,
             }),
         }
     }
@@ -28,8 +28,8 @@ impl Given {
     /// The order of the given derivative.
     pub(crate) fn order(self) -> Option<usize> {
         match self {
-            Given::Velocity => Some(1),
-            Given::Acceleration => Some(2),
+            GivenEnd::Velocity => Some(1),
+            GivenEnd::Acceleration => Some(2),
             _ => None,
         }
     }

@@ -4,9 +4,9 @@
 use faer::{Mat, Scale};
 
 use super::data_variation::SplineGradient;
-use super::given::Given;
+use super::given::GivenEnd;
 use super::knot_states::KnotStates;
-use crate::cubic::sensitivity::linear_piece::Ends;
+use crate::cubic::sensitivity::linear_piece::PieceEnds;
 use crate::cubic::turning::{by_data, lowered};
 use crate::error::{Error, Result};
 use crate::linalg::field::add;
@@ -56,7 +56,7 @@ impl KnotGradient {
 
     /// Adds the gradient with respect to `(u_0, w_0, u_1, w_1)` of a piece, times one factor for displacements and one
     /// for velocities.
-    pub(crate) fn add(&mut self, piece: usize, by_ends: &Ends, [by_u, by_w]: [f64; 2]) {
+    pub(crate) fn add(&mut self, piece: usize, by_ends: &PieceEnds, [by_u, by_w]: [f64; 2]) {
         let size = by_ends[0].len();
         for (end, by_end) in by_ends.chunks_exact(2).enumerate() {
             let at = (piece + end) * size;
@@ -85,7 +85,7 @@ impl KnotGradient {
     pub(crate) fn by_data(
         self,
         states: &KnotStates,
-        given: [Given; 2],
+        given: [GivenEnd; 2],
         multipliers: Option<&[f64]>,
     ) -> Result<SplineGradient> {
         let (count, size, factor) = (states.count(), states.size(), self.factor);
@@ -105,7 +105,7 @@ impl KnotGradient {
         let ends = [(0, 0, -1.0), (1, count - 1, 1.0)].map(|(end, knot, sign)| {
             let order = given[end].order()?;
             let bar = match given[end] {
-                Given::Velocity => states.matrix(w(knot)).to_owned(),
+                GivenEnd::Velocity => states.matrix(w(knot)).to_owned(),
                 _ => states.matrix(&multipliers?[knot * size..][..size]) * Scale(sign),
             };
             let (s, y) = (states.point(knot), states.matrix(&states.at(knot)[order]));

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::given::Given;
+use super::given::GivenEnd;
 use crate::cubic::RiemannianCubic;
 use crate::curve::Curve;
 use crate::error::Result;
@@ -20,13 +20,13 @@ const ENDS: f64 = 5.0;
 pub(crate) const SOLVER: &str = "derivative of a spline";
 
 /// Point, and the tangent vectors `g x, g x', g x''` there, shape `(n, k)` by columns.
-pub(crate) type State = [Vec<f64>; 4];
+pub(crate) type EndState = [Vec<f64>; 4];
 
 /// States at both ends of every piece.
 #[derive(Debug, Clone)]
 pub(crate) struct KnotStates {
     /// In the time of the curve divided by [`KnotStates::unit`].
-    pub(crate) ends: Vec<[State; 2]>,
+    pub(crate) ends: Vec<[EndState; 2]>,
     pub(crate) lengths: Vec<f64>,
     /// The mean length of a leg, in the time of the curve.
     pub(crate) unit: f64,
@@ -81,7 +81,7 @@ impl KnotStates {
     }
 
     /// The state at a knot: of the piece after it, at the last knot of the piece before it.
-    pub(crate) fn at(&self, knot: usize) -> &State {
+    pub(crate) fn at(&self, knot: usize) -> &EndState {
         match self.ends.get(knot) {
             Some([start, _]) => start,
             None => &self.ends[knot - 1][1],
@@ -102,8 +102,8 @@ impl KnotStates {
     ///
     /// # Errors
     /// `Decomposition`.
-    pub(crate) fn holonomy(&self, given: [Given; 2]) -> Result<Option<Mat<f64>>> {
-        if self.quotient == Quotient::Frames || given[0] != Given::OtherEnd {
+    pub(crate) fn holonomy(&self, given: [GivenEnd; 2]) -> Result<Option<Mat<f64>>> {
+        if self.quotient == Quotient::Frames || given[0] != GivenEnd::OtherEnd {
             return Ok(None);
         }
         alignment(self.point(self.count() - 1), self.point(0)).map(Some)

@@ -14,10 +14,10 @@
 
 use faer::{Mat, MatRef};
 
-use super::given::Given;
+use super::given::GivenEnd;
 use super::knot_states::{KnotStates, SOLVER};
 use crate::cubic::sensitivity::linear_piece::LinearPiece;
-use crate::cubic::taylor::blocks::Sized;
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::complete;
 use crate::cubic::taylor::packing::{read_vector, write_vector};
 use crate::curve::span::Span;
@@ -61,7 +61,7 @@ pub(crate) struct KnotSystem {
 }
 
 /// Blocks of one piece: rows and columns of the velocity at its start and at its end.
-type Blocks = [[Vec<f64>; 2]; 2];
+type KnotBlocks = [[Vec<f64>; 2]; 2];
 
 /// Return an error if the derivative would be too large. Every piece stores a matrix of shape `(4 d, 4 d)` in the `d`
 /// dimensions of its own span, up to [`DENSE`] dimensions also matrices of shape `(d, 4 d)` and frames at some 20 points, and its
@@ -97,10 +97,10 @@ impl KnotSystem {
         states: &KnotStates,
         pieces: &[LinearPiece],
         span: &Span,
-        given: [Given; 2],
+        given: [GivenEnd; 2],
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
-        let closed = given[0] == Given::OtherEnd;
+        let closed = given[0] == GivenEnd::OtherEnd;
         let count = states.count() - usize::from(closed);
         let frame = |knot| span.lift(complete(span.down(states.point(knot)).as_ref()).as_ref());
         let frames: Vec<Mat<f64>> = (0..count).map(frame).collect();
@@ -111,7 +111,7 @@ impl KnotSystem {
         }
         let mut units: Vec<f64> = diagonal.into_iter().map(|x| x.sqrt().recip()).collect();
         for (knot, given) in [0, count - 1].into_iter().zip(given) {
-            if given == Given::Velocity {
+            if given == GivenEnd::Velocity {
                 units[knot] = 0.0;
             }
         }
@@ -131,10 +131,10 @@ impl KnotSystem {
             Ok(pieces[leg].by_velocities(frames))
         };
         let each = scaled(BLOCKS, states.shape);
-        let blocks: Vec<Blocks> = threads::map(pieces.len(), each, || (), blocks)?;
+        let blocks: Vec<KnotBlocks> = threads::map(pieces.len(), each, || (), blocks)?;
         system.inner = system.factored(&states.lengths, &blocks)?;
         if span.basis().is_some() {
-            let blocks: Option<Vec<Blocks>> =
+            let blocks: Option<Vec<KnotBlocks>> =
                 pieces.iter().map(LinearPiece::by_velocity_rows).collect();
             system.rows = system.factored(&states.lengths, &blocks.unwrap_or_default())?;
         }
@@ -161,7 +161,7 @@ impl KnotSystem {
             }
         };
         scale(&mut right);
-        let blocks = Sized::new(r - k, k, self.quotient);
+        let blocks = Sizes::new(r - k, k, self.quotient);
         let d = blocks.dim();
         let mut all = vec![0.0; count * d];
         let mut low = vec![0.0; r * k];
@@ -216,7 +216,7 @@ impl KnotSystem {
     }
 
     /// Factors the system from the blocks of all pieces in their own time.
-    fn factored(&self, lengths: &[f64], blocks: &[Blocks]) -> Result<Option<Factors>> {
+    fn factored(&self, lengths: &[f64], blocks: &[KnotBlocks]) -> Result<Option<Factors>> {
         let count = self.units.len();
         let square = blocks.first().map_or(0, |blocks| blocks[0][0].len());
         let d = square.isqrt();
@@ -270,7 +270,7 @@ impl KnotSystem {
 
 /// Blocks of a piece that ends with the basis `Y_0 H`, in terms of the velocity `b` there at the basis `Y_0`: at its
 /// own basis the velocity is `b H`, in column-major order.
-fn at_first_basis(blocks: &Blocks, holonomy: &Mat<f64>) -> Blocks {
+fn at_first_basis(blocks: &KnotBlocks, holonomy: &Mat<f64>) -> KnotBlocks {
     let (d, k) = (blocks[0][0].len().isqrt(), holonomy.nrows());
     let rows = d / k;
     let turn = Mat::from_fn(d, d, |i, j| match i % rows == j % rows {

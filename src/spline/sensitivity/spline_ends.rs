@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::given::Given;
+use super::given::GivenEnd;
 use super::knot_states::KnotStates;
 use crate::error::{Error, Result};
 use crate::linalg::structure::{check_shape, norm};
@@ -41,7 +41,7 @@ pub(crate) fn check_ends(states: &KnotStates, ends: &EndConditions) -> Result<()
         }
         EndConditions::Periodic => (0..3).try_for_each(|order| {
             let h = states.lengths[0].min(states.lengths[last - 1]);
-            let first = match states.holonomy(Given::of(ends))? {
+            let first = match states.holonomy(GivenEnd::of(ends))? {
                 Some(holonomy) => found(0, order) * holonomy,
                 None => found(0, order).to_owned(),
             };

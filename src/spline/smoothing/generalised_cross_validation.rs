@@ -1,6 +1,6 @@
 //! Generalised cross-validation of smoothing splines, in flat space, to which the data are unrolled.
 
-use super::smoothing_equations::Data;
+use super::smoothing_equations::SmoothingData;
 use super::smoothing_preconditioner::SmoothingPreconditioner;
 use crate::cubic::taylor::work::Work;
 use crate::error::{Error, Result};
@@ -17,7 +17,7 @@ const REFINEMENTS: usize = 24;
 /// The problem in flat space.
 pub(crate) struct GeneralisedCrossValidation<'c, 'd, C> {
     chain: &'c C,
-    data: &'d Data,
+    data: &'d SmoothingData,
     /// Displacements from the first datum at each knot to all data there.
     displacements: Vec<Vec<f64>>,
     weights: Vec<f64>,
@@ -28,7 +28,7 @@ impl<'c, 'd, C: Movable> GeneralisedCrossValidation<'c, 'd, C> {
     ///
     /// # Errors
     /// An error if data at one knot are too far apart.
-    pub(crate) fn new(chain: &'c C, data: &'d Data, work: &Work) -> Result<Self> {
+    pub(crate) fn new(chain: &'c C, data: &'d SmoothingData, work: &Work) -> Result<Self> {
         Ok(GeneralisedCrossValidation {
             chain,
             data,

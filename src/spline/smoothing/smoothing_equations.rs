@@ -53,15 +53,15 @@ const NEWTON_PATIENCE: usize = 12;
 const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
 /// The data, sorted by knots.
-pub(crate) struct Data {
+pub(crate) struct SmoothingData {
     points: Vec<Mat<f64>>,
     knots: Vec<usize>,
     pub(crate) weights: Vec<f64>,
 }
 
-impl Data {
+impl SmoothingData {
     pub(crate) fn new(points: Vec<Mat<f64>>, knots: Vec<usize>, weights: Vec<f64>) -> Self {
-        Data {
+        SmoothingData {
             points,
             knots,
             weights,
@@ -160,12 +160,12 @@ pub(crate) fn work_of_balance<C: Movable>(chain: &C) -> f64 {
 }
 
 /// A chain and a motion along it.
-struct State<C> {
+struct SmoothingState<C> {
     chain: C,
     motion: Motion,
 }
 
-impl<C: Movable> State<C> {
+impl<C: Movable> SmoothingState<C> {
     /// Number of coordinates of all positions, or of all velocities.
     fn count(&self) -> usize {
         self.chain.size() * (self.chain.lengths().len() + 1)
@@ -176,8 +176,8 @@ impl<C: Movable> State<C> {
 ///
 /// Steps are changes of the positions, the velocities and the derivatives; the latter are [scaled](SmoothingEquations::stretch).
 pub(crate) struct SmoothingEquations<'d, C> {
-    state: State<C>,
-    data: &'d Data,
+    state: SmoothingState<C>,
+    data: &'d SmoothingData,
     flat: SmoothingPreconditioner,
     misfit: f64,
     work: &'d Work,
@@ -197,14 +197,14 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
     /// An error if the knots cannot be moved there.
     pub(crate) fn new(
         chain: C,
-        data: &'d Data,
+        data: &'d SmoothingData,
         flat: SmoothingPreconditioner,
         work: &'d Work,
     ) -> Result<Self> {
         let motion = Motion::zeros(chain.size(), chain.lengths().len() + 1);
         let mut fit = SmoothingEquations {
             work,
-            state: State { chain, motion },
+            state: SmoothingState { chain, motion },
             data,
             flat,
             misfit: 0.0,
@@ -297,7 +297,7 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         accuracy: Accuracy,
         share: f64,
         step: &[f64],
-    ) -> Result<Option<(State<C>, Balance)>> {
+    ) -> Result<Option<(SmoothingState<C>, Balance)>> {
         let moved = self.advanced(share, step);
         let found = moved.and_then(|state| {
             let found = self.balance(&state, accuracy)?;
@@ -308,8 +308,8 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
     }
 
     /// The state after a fraction of a step: knots moved with their velocities, and the motion changed.
-    fn advanced(&self, share: f64, step: &[f64]) -> Result<State<C>> {
-        let State { chain, motion } = &self.state;
+    fn advanced(&self, share: f64, step: &[f64]) -> Result<SmoothingState<C>> {
+        let SmoothingState { chain, motion } = &self.state;
         let (shifts, change) = step.split_at(self.state.count());
         let shifts: Vec<f64> = shifts.iter().map(|x| share * x).collect();
         let (velocities, derivatives) = change.split_at(self.state.count());
@@ -318,12 +318,16 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         motion.add(share, velocities);
         motion.add_derivatives(share / stretch, derivatives);
         let chain = chain.moved(&shifts, &mut motion)?;
-        Ok(State { chain, motion })
+        Ok(SmoothingState { chain, motion })
     }
 
     /// The state after a Newton step, which is shortened until the flat step decreases. The flat step is the preconditioner of
     /// the linear equations, which are solved with difference quotients.
-    fn descended(&self, accuracy: Accuracy, here: &Balance) -> Result<Option<(State<C>, Balance)>> {
+    fn descended(
+        &self,
+        accuracy: Accuracy,
+        here: &Balance,
+    ) -> Result<Option<(SmoothingState<C>, Balance)>> {
         let base = self.balance(&self.state, accuracy)?.step;
         let size = norm(&self.state.motion.entries);
         let step = newton_step(&base, size, KRYLOV_SHARE, |share, direction| {
@@ -354,7 +358,7 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         (self.flat.lambda() / (legs * legs)).max(1.0)
     }
 
-    fn balance(&self, state: &State<C>, accuracy: Accuracy) -> Result<Balance> {
+    fn balance(&self, state: &SmoothingState<C>, accuracy: Accuracy) -> Result<Balance> {
         let chain = &state.chain;
         let legs = chain.lengths().len() as f64;
         self.work.count(legs * chain.work_of_knot());
@@ -362,8 +366,8 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         self.balance_of(state, leg_ends)
     }
 
-    fn balance_of(&self, state: &State<C>, leg_ends: LegEnds) -> Result<Balance> {
-        let State { chain, motion } = state;
+    fn balance_of(&self, state: &SmoothingState<C>, leg_ends: LegEnds) -> Result<Balance> {
+        let SmoothingState { chain, motion } = state;
         let (d, lengths) = (chain.size(), chain.lengths());
         let mut pulls = vec![0.0; state.count()];
         let mut misfit = 0.0;

@@ -21,7 +21,7 @@ use crate::spline::chains::motion::Motion;
 use crate::error::{Error, Result};
 use crate::linalg::field::add;
 use crate::solve::tridiagonal::Direction;
-use crate::solve::tridiagonal::{Row, Shape, Tridiagonal, diagonal_of_inverse};
+use crate::solve::tridiagonal::{ChainShape, Row, Tridiagonal, diagonal_of_inverse};
 
 /// Range of the weight of the cost, in units of the mean leg and of the largest weight, outside which it makes no
 /// difference: above `1e100` no acceleration bends the curve by as much as round-off, below `1e-100` the curve passes
@@ -49,7 +49,8 @@ impl SmoothingPreconditioner {
         let s = lambda.max(1.0);
         let (pull, pliancy) = (s / lambda, 1.0 / s);
         let rows = rows(lengths, &weights, pull, pliancy);
-        let system = Tridiagonal::new(&rows, Shape::Open).ok_or_else(|| too_unequal(lengths))?;
+        let system =
+            Tridiagonal::new(&rows, ChainShape::Open).ok_or_else(|| too_unequal(lengths))?;
         Ok(SmoothingPreconditioner {
             rows,
             system,

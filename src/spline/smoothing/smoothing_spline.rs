@@ -20,7 +20,7 @@ use faer::{Mat, MatRef};
 
 use super::generalised_cross_validation::GeneralisedCrossValidation;
 use super::grouped::Grouped;
-use super::smoothing_equations::{Data, SmoothingEquations, work_of_balance};
+use super::smoothing_equations::{SmoothingData, SmoothingEquations, work_of_balance};
 use super::straight::Straight;
 use crate::cubic::{IntegrationOptions, RiemannianCubic};
 use crate::curve::Curve;
@@ -32,7 +32,7 @@ use crate::report::{SolverReport, StopReason};
 use crate::space::{Quotient, ScalarField};
 use crate::spline::bases::joined;
 use crate::spline::chains::ambient::Ambient;
-use crate::spline::chains::chain::{Movable, Space, pieces};
+use crate::spline::chains::chain::{Movable, SpannedSpace, pieces};
 use crate::spline::chains::framed::{Framed, frames};
 use crate::spline::ends::EndConditions;
 use crate::spline::knots;
@@ -219,7 +219,7 @@ fn smoothed(
         .iter()
         .fold(0.0, |most: f64, w| most.max(*w));
     let weights = grouped.weights.iter().map(|w| w / heaviest).collect();
-    let data = Data::new(low, grouped.knots.clone(), weights);
+    let data = SmoothingData::new(low, grouped.knots.clone(), weights);
     // Multiply one factor at a time: the product of the factors may overflow.
     let given = options
         .lambda
@@ -379,7 +379,7 @@ fn interpolated(
     })
 }
 
-struct Solved {
+struct SolvedSmoothing {
     pieces: Vec<RiemannianCubic>,
     report: SolverReport,
     /// In units of the mean leg.
@@ -393,11 +393,11 @@ struct Solved {
 fn solve<C: Movable>(
     through: impl Fn(&[Mat<f64>]) -> Result<C>,
     points: &[Mat<f64>],
-    data: &Data,
+    data: &SmoothingData,
     lambda: Option<f64>,
-    space: &Space,
+    space: &SpannedSpace,
     options: &SmoothingOptions<'_>,
-) -> Result<Solved> {
+) -> Result<SolvedSmoothing> {
     let (chain, seem) = (through(points)?, appearance(options.quotient, points));
     let work = options.spline().work(TRIALS, work_of_balance(&chain), seem);
     let validation = GeneralisedCrossValidation::new(&chain, data, &work)?;
@@ -408,7 +408,7 @@ fn solve<C: Movable>(
     let flat = validation.flat(lambda)?;
     let degrees_of_freedom = flat.degrees_of_freedom(chain.lengths())?;
     let straight = Straight::nearest(chain.lengths(), data, options.quotient, options.interrupt)?;
-    let attempt = |chain: C| -> Result<Solved> {
+    let attempt = |chain: C| -> Result<SolvedSmoothing> {
         let mut fit = SmoothingEquations::new(chain, data, flat.clone(), &work)?;
         let mut report = fit.solve(options.tolerance, options.max_iterations)?;
         let mut found = Vec::new();
@@ -428,7 +428,7 @@ fn solve<C: Movable>(
                 );
             }
         }
-        Ok(Solved {
+        Ok(SolvedSmoothing {
             pieces: found,
             report,
             lambda,

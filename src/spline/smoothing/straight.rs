@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::smoothing_equations::Data;
+use super::smoothing_equations::SmoothingData;
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -29,7 +29,7 @@ impl Straight {
     /// `Interrupted`.
     pub(crate) fn nearest(
         lengths: &[f64],
-        data: &Data,
+        data: &SmoothingData,
         quotient: Quotient,
         interrupt: Interrupt<'_>,
     ) -> Result<Option<Self>> {
@@ -51,7 +51,12 @@ impl Straight {
         Ok(nearest)
     }
 
-    fn between(ends: [usize; 2], times: &[f64], data: &Data, quotient: Quotient) -> Result<Self> {
+    fn between(
+        ends: [usize; 2],
+        times: &[f64],
+        data: &SmoothingData,
+        quotient: Quotient,
+    ) -> Result<Self> {
         let [from, to] = ends.map(|datum| data.point(datum).as_ref());
         let [start, end] = ends.map(|datum| times[data.knots()[datum]]);
         let manifold = Stiefel::of("S", from)?;

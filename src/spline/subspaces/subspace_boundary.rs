@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 
-use super::subspace_problem::{Data, SubspaceProblem, check};
+use super::subspace_problem::{SubspaceData, SubspaceProblem, check};
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
@@ -71,7 +71,7 @@ impl RiemannianCubic {
 }
 
 /// The cheaper of the cubics on the sphere to a unit vector of the last line and to its negative.
-fn between_lines(data: Data<'_>, options: &BoundaryOptions<'_>) -> Result<RiemannianCubic> {
+fn between_lines(data: SubspaceData<'_>, options: &BoundaryOptions<'_>) -> Result<RiemannianCubic> {
     check(data)?;
     let [y0, v0, y1, v1] = data;
     let opposite = [y1, v1].map(|x| -x);

@@ -13,11 +13,11 @@ use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Kind, Quotient};
 use crate::spline::bases::joined;
-use crate::spline::chains::chain::{Space, pieces};
+use crate::spline::chains::chain::{SpannedSpace, pieces};
 use crate::spline::chains::descent;
 use crate::spline::chains::framed::{Framed, coordinates, frames};
 use crate::spline::chains::motion::Motion;
-use crate::spline::chains::solution::{Effort, Solution, Start, piece};
+use crate::spline::chains::solution::{ChainSolution, ChainStart, Effort, piece};
 use crate::spline::chains::solve;
 use crate::spline::ends::{End, Ends};
 use crate::spline::options::{MAX_ITERATIONS, SplineOptions};
@@ -26,7 +26,7 @@ use crate::spline::reduced_knots::ReducedKnots;
 pub(crate) const SOLVER: &str = "boundary value problem of subspaces";
 
 /// Bases and horizontal vectors `[Y0, V0, Y1, V1]`.
-pub(crate) type Data<'a> = [MatRef<'a, f64>; 4];
+pub(crate) type SubspaceData<'a> = [MatRef<'a, f64>; 4];
 
 /// Covariant acceleration and jerk at the first basis, shape `(n, k)`.
 pub(crate) type Guess<'a> = (MatRef<'a, f64>, MatRef<'a, f64>);
@@ -35,7 +35,7 @@ pub(crate) type Guess<'a> = (MatRef<'a, f64>, MatRef<'a, f64>);
 ///
 /// # Errors
 /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`.
-pub(crate) fn check([y0, v0, y1, v1]: Data<'_>) -> Result<()> {
+pub(crate) fn check([y0, v0, y1, v1]: SubspaceData<'_>) -> Result<()> {
     let manifold = Grassmann::of("S0", y0)?;
     manifold.check_point("S0", y0, POINT_TOLERANCE)?;
     manifold.check_point("S1", y1, POINT_TOLERANCE)?;
@@ -56,7 +56,7 @@ pub(crate) struct SubspaceProblem<'a> {
 impl<'a> SubspaceProblem<'a> {
     /// # Errors
     /// The errors of [`check`]; `RightAngle`, `Decomposition`.
-    pub(crate) fn new(data: Data<'a>, options: &BoundaryOptions<'a>) -> Result<Self> {
+    pub(crate) fn new(data: SubspaceData<'a>, options: &BoundaryOptions<'a>) -> Result<Self> {
         check(data)?;
         options.field.check(data)?;
         let kind = Kind {
@@ -102,10 +102,10 @@ impl<'a> SubspaceProblem<'a> {
     ///
     /// # Errors
     /// `Interrupted`, and the errors of the chain.
-    pub(crate) fn solve(&self) -> Result<Solution> {
+    pub(crate) fn solve(&self) -> Result<ChainSolution> {
         if self.is_at_rest() {
             let report = SolverReport::new(StopReason::Converged, 0, 0.0, 0.0);
-            return Ok(Solution::none(report));
+            return Ok(ChainSolution::none(report));
         }
         solve::in_frames(&self.chain, &self.ends, &self.options)
     }
@@ -115,7 +115,7 @@ impl<'a> SubspaceProblem<'a> {
     ///
     /// # Errors
     /// As [`SubspaceProblem::derivatives_of`] and [`SubspaceProblem::solve`].
-    pub(crate) fn near(&self, guess: Guess<'_>) -> Result<Solution> {
+    pub(crate) fn near(&self, guess: Guess<'_>) -> Result<ChainSolution> {
         let derivatives = self.derivatives_of(guess)?;
         if self.is_at_rest() {
             return self.solve();
@@ -123,7 +123,9 @@ impl<'a> SubspaceProblem<'a> {
         let start = self.motion_with(&derivatives);
         let work = self.work();
         let effort = Effort::new(&self.options, &work);
-        let found = self.chain.solve(&self.ends, Start::Near(start), effort);
+        let found = self
+            .chain
+            .solve(&self.ends, ChainStart::Near(start), effort);
         match unless_interrupted(found)? {
             Some(found) if found.report.converged => Ok(found),
             // No more steps are allowed; the work limit is renewed below.
@@ -168,7 +170,7 @@ impl<'a> SubspaceProblem<'a> {
     ///
     /// # Errors
     /// `NoConvergence`, and the errors of evaluating the curve.
-    pub(crate) fn curve(&self, solution: &Solution) -> Result<RiemannianCubic> {
+    pub(crate) fn curve(&self, solution: &ChainSolution) -> Result<RiemannianCubic> {
         let report = solution.report;
         if !report.converged {
             return Err(Error::no_convergence(
@@ -177,7 +179,7 @@ impl<'a> SubspaceProblem<'a> {
                 self.options.tolerance,
             ));
         }
-        let space = Space {
+        let space = SpannedSpace {
             n: self.y0.nrows(),
             k: self.y0.ncols(),
             basis: self.span.basis().map(|basis| Arc::new(basis.to_owned())),

@@ -2,9 +2,9 @@
 
 use faer::MatRef;
 
-use super::subspace_problem::{Data, SOLVER, SubspaceProblem, check};
+use super::subspace_problem::{SOLVER, SubspaceData, SubspaceProblem, check};
 use crate::cubic::boundary::random::Random;
-use crate::cubic::boundary::search::{Found, SEARCH_WORK};
+use crate::cubic::boundary::search::{FoundCubic, SEARCH_WORK};
 use crate::cubic::boundary::solver::scattered;
 use crate::cubic::{RiemannianCubic, SearchOptions};
 use crate::curve::Curve;
@@ -15,7 +15,7 @@ use crate::spline::chains::descent::{self, Course::Along};
 use crate::spline::chains::interpolation::Interpolation;
 use crate::spline::chains::low_cost::solved;
 use crate::spline::chains::motion::Motion;
-use crate::spline::chains::solution::{Effort, Solution, Start};
+use crate::spline::chains::solution::{ChainSolution, ChainStart, Effort};
 
 /// Numbers of additional turns of one principal direction; geodesics that turn it by pi return to the same subspace, so
 /// half a turn counts.
@@ -90,7 +90,10 @@ fn ranked(curves: Vec<RiemannianCubic>) -> Result<Vec<RiemannianCubic>> {
 }
 
 /// The solutions on the sphere to a unit vector of the last line, and to its negative.
-fn all_between_lines(data: Data<'_>, options: &SearchOptions<'_>) -> Result<Vec<RiemannianCubic>> {
+fn all_between_lines(
+    data: SubspaceData<'_>,
+    options: &SearchOptions<'_>,
+) -> Result<Vec<RiemannianCubic>> {
     check(data)?;
     let [y0, v0, y1, v1] = data;
     let opposite = [y1, v1].map(|x| -x);
@@ -109,23 +112,23 @@ fn all_between_lines(data: Data<'_>, options: &SearchOptions<'_>) -> Result<Vec<
 }
 
 /// The solutions, and the report of the last start that led to none.
-type Searched = (Found<Solution>, SolverReport);
+type Searched = (FoundCubic<ChainSolution>, SolverReport);
 
 fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<Searched> {
     let (chain, ends) = (&problem.chain, &problem.ends);
     let work = problem.work();
     work.allow(SEARCH_WORK);
     let effort = Effort::new(&problem.options, &work);
-    let mut found = Found::new(options.distinct);
-    let mut try_start = |start: Start| -> Result<()> {
+    let mut found = FoundCubic::new(options.distinct);
+    let mut try_start = |start: ChainStart| -> Result<()> {
         if let Some(solution) = solved(chain, ends, start, effort)? {
             found.add((solution.motion.derivatives(0).to_vec(), solution));
         }
         Ok(())
     };
     try_start(match options.boundary.guess {
-        Some(guess) => Start::Near(problem.motion_with(&problem.derivatives_of(guess)?)),
-        None => Start::Flat,
+        Some(guess) => ChainStart::Near(problem.motion_with(&problem.derivatives_of(guess)?)),
+        None => ChainStart::Flat,
     })?;
     let mut courses = Vec::from(descent::starts(chain, ends)?);
     if let Some(data) = descent::flat_data(chain, ends)? {
@@ -136,7 +139,7 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
     }
     for course in courses {
         if let Some(end) = course.end(chain, ends, effort)? {
-            try_start(Start::Near(end))?;
+            try_start(ChainStart::Near(end))?;
         }
     }
     let flat = Interpolation::new(chain, ends)?.start()?;
@@ -146,7 +149,7 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
             break;
         }
         let derivatives = scattered(flat.derivatives(0), speeds(&flat), attempt, &mut random);
-        try_start(Start::Near(problem.motion_with(&derivatives)))?;
+        try_start(ChainStart::Near(problem.motion_with(&derivatives)))?;
     }
     let report = SolverReport::new(effort.reason(0), 0, f64::INFINITY, effort.tolerance);
     Ok((found, report))

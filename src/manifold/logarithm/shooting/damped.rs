@@ -6,7 +6,7 @@
 
 use faer::Mat;
 
-use super::{Outcome, Shooting};
+use super::{GeodesicShooting, ShootingOutcome};
 use crate::error::Result;
 use crate::linalg::decomp::Svd;
 
@@ -19,7 +19,7 @@ const TAKEN: f64 = 1e-2;
 const REFUSED: f64 = 10.0;
 const LAST: f64 = 1e8;
 
-impl Shooting {
+impl GeodesicShooting {
     /// Takes steps until the residual is at most `tolerance`, each of which reduces it. For metrics with `nu != 0`.
     ///
     /// # Errors
@@ -28,7 +28,7 @@ impl Shooting {
         &mut self,
         tolerance: f64,
         max_iterations: usize,
-    ) -> Result<Outcome> {
+    ) -> Result<ShootingOutcome> {
         let mut residual = self.residual()?;
         let (mut damping, mut iterations) = (FIRST, 0);
         let directions = self.directions();
@@ -47,7 +47,7 @@ impl Shooting {
                 self.generator.copy_from(&kept);
                 damping *= REFUSED;
                 if damping > LAST {
-                    return Ok(Outcome {
+                    return Ok(ShootingOutcome {
                         converged: false,
                         iterations,
                         residual,
@@ -55,7 +55,7 @@ impl Shooting {
                 }
             }
         }
-        Ok(Outcome {
+        Ok(ShootingOutcome {
             converged: residual <= tolerance,
             iterations,
             residual,
