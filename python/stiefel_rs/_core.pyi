@@ -2840,6 +2840,8 @@ class RotationCurve:
         As for :class:`CubicSpline`.
     tension : float, default 0.0
         As for :class:`CubicSpline`, in 1/s^2.
+    extrapolate : bool, default True
+        Whether ``curve`` continues its end pieces; this form always does.
     num_threads : int, optional
         Number of threads; by default the size of the global pool.
 
@@ -2872,6 +2874,7 @@ class RotationCurve:
         tol: float = 1e-12,
         max_iterations: int = 200,
         tension: float = 0.0,
+        extrapolate: bool = True,
         num_threads: int | None = None,
     ) -> RotationCurve: ...
     @staticmethod
@@ -2904,6 +2907,7 @@ class RotationCurve:
         tol: float = 1e-12,
         max_iterations: int = 200,
         tension: float = 0.0,
+        extrapolate: bool = True,
         num_threads: int | None = None,
     ) -> list[RotationCurve]:
         """Construct many curves at once, on several threads.
@@ -2916,7 +2920,7 @@ class RotationCurve:
             Rotations as quaternions, scalar last.
         bc_type : str or pair, default "natural"
             As for the class; the same for all curves.
-        tol, max_iterations, tension, num_threads
+        tol, max_iterations, tension, extrapolate, num_threads
             As for the class.
 
         Returns

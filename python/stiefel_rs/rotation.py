@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from ._core import CubicHermite, CubicSpline, RotationCurve, SmoothingSpline, Stiefel
 from .angular_motion import Frame, check_frame
-from .array_input import Array, either, either_weights, vectors_at_knots
+from .array_input import Array, either, either_weights, flag, vectors_at_knots
 from .end_conditions import BcType, read_bc_type
 from .errors import InvalidInputError
-from .rotation_curves import each_member, flat_batch
+from .rotation_curves import RotationCurves, each_curve, each_member, flat_batch
 from .rotation_input import KINDS, RotationKind, matrices_of, read_rotations, unit
 from .rotation_motion import RotationMotion
 
@@ -134,23 +134,24 @@ class RotationSpline(RotationMotion):
         tension: float = 0.0,
         num_threads: int | None = None,
     ) -> None:
-        t = either(t, times)
+        t, extrapolate = either(t, times), flag("extrapolate", extrapolate)
         kind, quaternions = read_rotations(rotations, project=project)
         ends = read_bc_type(bc_type, (3,))
-        options: Any = {"tol": tol, "max_iterations": max_iterations, "tension": tension, "num_threads": num_threads}
+        options: Any = {"tol": tol, "max_iterations": max_iterations, "tension": tension, "extrapolate": extrapolate}
+        options["num_threads"] = num_threads
         if quaternions.ndim == 2:
             curves = [RotationCurve(t, quaternions, ends, **options)]
         else:
             curves = RotationCurve.batch(*flat_batch(t, quaternions), ends, **options)
-        self._set(curves, quaternions.shape[:-2], kind, extrapolate, ends)
+        self._set(RotationCurves(tuple(curves), *_axes(quaternions), extrapolate), kind, ends)
 
     @classmethod
     def _made(cls, curves: Sequence[Curve], rotations: Array, kind: RotationKind, extrapolate: bool) -> RotationSpline:
         """Make splines from curves near rotations, shape (..., N, 4), with the sign of the first rotation."""
         starts = rotations[..., 0, :].reshape(-1, 4)
-        members = [RotationCurve.of_curve(*each) for each in zip(curves, starts, strict=True)]
+        members = tuple(RotationCurve.of_curve(*each) for each in zip(curves, starts, strict=True))
         self = cls.__new__(cls)
-        self._set(members, rotations.shape[:-2], kind, extrapolate, None)
+        self._set(RotationCurves(members, *_axes(rotations), extrapolate), kind, None)
         return self
 
     @classmethod
@@ -192,7 +193,7 @@ class RotationSpline(RotationMotion):
             raise InvalidInputError(f"curve: expected a curve on St(3, 3), found one on {curve.manifold!r}")
         beyond = curve.extrapolate if extrapolate is None else extrapolate
         self = cls.__new__(cls)
-        self._set([member], (), kind, beyond, None)
+        self._set(RotationCurves((member,), (), len(member.t), flag("extrapolate", beyond)), kind, None)
         return self
 
     @classmethod
@@ -261,13 +262,23 @@ class RotationSpline(RotationMotion):
         >>> bool(abs(spline.angular_velocity(0.5)[2] - 1.0) < 0.1), spline.lam > 0  # rad/s, s^3
         (True, True)
         """
-        options: Any = {"extrapolate": True, "tol": tol, "max_iterations": max_iterations, "num_threads": num_threads}
+        extrapolate = flag("extrapolate", extrapolate)
+        options: Any = {
+            "extrapolate": extrapolate,
+            "tol": tol,
+            "max_iterations": max_iterations,
+            "num_threads": num_threads,
+        }
         if lam is not None and (isinstance(lam, str) or np.ndim(lam) != 0):
             raise TypeError(f"lam: expected a number, or None for cross-validation, found {type(lam).__name__}")
         weights = either_weights(weights, w)
         kind, quaternions = read_rotations(rotations, project=project)
         members = each_member(t, quaternions)
-        curves = [SmoothingSpline(times, matrices_of(unit(q)), weights, lam, **options) for times, q in members]
+        curves = each_curve(
+            lambda times, q: SmoothingSpline(times, matrices_of(unit(q)), weights, lam, **options),
+            members,
+            quaternions.shape[:-2],
+        )
         return cls._made(curves, quaternions, kind, extrapolate)
 
     @classmethod
@@ -319,15 +330,23 @@ class RotationSpline(RotationMotion):
         array([[0., 0., 1.],
                [0., 0., 1.]])
         """
+        extrapolate = flag("extrapolate", extrapolate)
         kind, quaternions = read_rotations(rotations, project=project)
         points = matrices_of(unit(quaternions))
         velocities = points @ _hat(_body_rates(rates, points, frame))
         count = points.shape[-3]
         S, V = (matrices.reshape(-1, count, 3, 3) for matrices in (points, velocities))
         times = [member for member, _ in each_member(t, quaternions)]
-        options: Any = {"extrapolate": True, "num_threads": num_threads}
-        curves = [CubicHermite(*each, **options) for each in zip(times, S, V, strict=True)]
+        options: Any = {"extrapolate": extrapolate, "num_threads": num_threads}
+        members = list(zip(times, S, V, strict=True))
+        curves = each_curve(lambda *each: CubicHermite(*each, **options), members, quaternions.shape[:-2])
         return cls._made(curves, quaternions, kind, extrapolate)
+
+
+def _axes(quaternions: Array) -> tuple[tuple[int, ...], int]:
+    """Return the leading axes of a batch and the number of knots, from an array of shape (..., N, 4)."""
+    *shape, knots, _ = quaternions.shape
+    return tuple(shape), knots
 
 
 def _body_rates(rates: ArrayLike, rotations: Array, frame: Frame) -> Array:

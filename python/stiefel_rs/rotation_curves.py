@@ -5,17 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import _check_unmasked
 from .array_input import Array, finite_array, flag, times_within
-from .errors import InvalidInputError
+from .errors import InvalidInputError, StiefelError
 
 if TYPE_CHECKING:
     from ._core import RotationCurve
+
+Curve = TypeVar("Curve")
 
 
 @dataclass(frozen=True)
@@ -28,12 +30,15 @@ class RotationCurves:
         Curves in C order.
     shape : tuple of int
         Leading axes; without any there is one member, and values are scalars.
+    knots : int
+        Number of knots of a batch without members.
     extrapolate : bool
         Whether times outside the knots are allowed.
     """
 
     members: tuple[RotationCurve, ...]
     shape: tuple[int, ...]
+    knots: int
     extrapolate: bool
 
     @property
@@ -44,7 +49,7 @@ class RotationCurves:
         knots = [member.t for member in self.members]
         if len({len(each) for each in knots}) > 1:
             raise InvalidInputError("t: the members of this batch have different numbers of knots")
-        return np.reshape(knots, (*self.shape, len(knots[0]) if knots else 0))
+        return np.reshape(knots, (*self.shape, len(knots[0]) if knots else self.knots))
 
     @property
     def t_span(self) -> tuple[Any, Any]:
@@ -135,3 +140,16 @@ def each_member(t: ArrayLike, quaternions: Array) -> list[tuple[Any, Array]]:
         return [(t, quaternions)]
     times, members = flat_batch(t, quaternions)
     return [(times[i] if np.ndim(times) > 1 else times, member) for i, member in enumerate(members)]
+
+
+def each_curve(make: Callable[..., Curve], members: Sequence[tuple[Any, ...]], shape: tuple[int, ...]) -> list[Curve]:
+    """Return the curve of every spline of a batch of a given shape, one after another; errors name the member."""
+    curves = []
+    for i, member in enumerate(members):
+        try:
+            curves.append(make(*member))
+        except StiefelError as error:
+            if shape:
+                error.args = (f"{error.args[0]} (batch member {i})", *error.args[1:])
+            raise
+    return curves

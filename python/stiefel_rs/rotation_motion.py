@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import SmoothingSpline, _in_library_of
 from .angular_motion import AngularMotion, Frame, check_frame
-from .array_input import Array, either, flag
+from .array_input import Array, either
 from .end_conditions import BcType
 from .errors import InvalidInputError
 from .rotation_curves import RotationCurves
 from .rotation_input import RotationKind, give_back, rotated
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from ._core import RotationCurve
 
 MAX_ORDER: Final = 3
 # Largest number of axes of times that scipy.spatial.transform.RotationSpline accepts.
@@ -32,16 +27,8 @@ class RotationMotion(AngularMotion):
     _kind: RotationKind
     _bc_type: BcType | None
 
-    def _set(
-        self,
-        curves: Iterable[RotationCurve],
-        shape: tuple[int, ...],
-        kind: RotationKind,
-        extrapolate: bool,
-        bc_type: BcType | None,
-    ) -> None:
-        self._curves = RotationCurves(tuple(curves), shape, flag("extrapolate", extrapolate))
-        self._kind, self._bc_type = kind, bc_type
+    def _set(self, curves: RotationCurves, kind: RotationKind, bc_type: BcType | None) -> None:
+        self._curves, self._kind, self._bc_type = curves, kind, bc_type
 
     def __call__(
         self,

@@ -9,7 +9,7 @@ use super::prelude::*;
 use super::spline::PyCubicSpline;
 use crate::linalg::simd::ON_ONE_THREAD;
 use crate::rotation::{RotationSpline, frame, tangent};
-use crate::spline::SplineOptions;
+use crate::spline::{Outside, SplineOptions};
 use crate::threads::{self, ALWAYS};
 
 /// Curve of rotations as unit quaternions: the form that :class:`RotationSpline` evaluates.
@@ -29,6 +29,8 @@ use crate::threads::{self, ALWAYS};
 ///     As for :class:`CubicSpline`.
 /// tension : float, default 0.0
 ///     As for :class:`CubicSpline`, in 1/s^2.
+/// extrapolate : bool, default True
+///     Whether ``curve`` continues its end pieces; this form always does.
 /// num_threads : int, optional
 ///     Number of threads; by default the size of the global pool.
 ///
@@ -76,14 +78,22 @@ struct How {
     tolerance: f64,
     max_iterations: usize,
     tension: f64,
+    /// Whether the curve of matrices continues its end pieces.
+    extrapolate: bool,
 }
 
 impl How {
-    fn new(tolerance: f64, max_iterations: i64, tension: f64) -> PyResult<Self> {
+    fn new(
+        tolerance: f64,
+        max_iterations: i64,
+        tension: f64,
+        extrapolate: bool,
+    ) -> PyResult<Self> {
         Ok(How {
             tolerance,
             max_iterations: count("max_iterations", max_iterations, 1)?,
             tension,
+            extrapolate,
         })
     }
 
@@ -102,8 +112,9 @@ impl How {
 impl PyRotationCurve {
     #[new]
     #[pyo3(signature = (
-        t, quaternions, bc_type=BcType::default(), *, tol=1e-12, max_iterations=200, tension=0.0, num_threads=None
-    ), text_signature = "(t, quaternions, bc_type='natural', *, tol=1e-12, max_iterations=200, tension=0.0, num_threads=None)")]
+        t, quaternions, bc_type=BcType::default(), *, tol=1e-12, max_iterations=200, tension=0.0, extrapolate=true, num_threads=None
+    ), text_signature = "(t, quaternions, bc_type='natural', *, tol=1e-12, max_iterations=200, tension=0.0, \
+        extrapolate=True, num_threads=None)")]
     fn new(
         t: &Any,
         quaternions: &Any,
@@ -111,9 +122,10 @@ impl PyRotationCurve {
         tol: f64,
         #[pyo3(from_py_with = whole)] max_iterations: i64,
         tension: f64,
+        extrapolate: bool,
         num_threads: Option<i64>,
     ) -> PyResult<Self> {
-        let how = How::new(tol, max_iterations, tension)?;
+        let how = How::new(tol, max_iterations, tension, extrapolate)?;
         Self::solved(t, quaternions, &bc_type, how, num_threads)
     }
 
@@ -149,7 +161,7 @@ impl PyRotationCurve {
         };
         let continued = (**cubics)
             .clone()
-            .with_outside(crate::spline::Outside::Continued);
+            .with_outside(Outside::Continued);
         let start = start.map(|start| {
             let (shape, entries) = read_axes::<1>(start, "start", "(4,)")?;
             Ok::<_, PyErr>(keyframes(&shape, &entries)?[0])
@@ -172,7 +184,7 @@ impl PyRotationCurve {
     ///     Rotations as quaternions, scalar last.
     /// bc_type : str or pair, default "natural"
     ///     As for the class; the same for all curves.
-    /// tol, max_iterations, tension, num_threads
+    /// tol, max_iterations, tension, extrapolate, num_threads
     ///     As for the class.
     ///
     /// Returns
@@ -185,8 +197,9 @@ impl PyRotationCurve {
     ///     As for the class, for the first curve that fails; the message names it.
     #[staticmethod]
     #[pyo3(signature = (
-        t, quaternions, bc_type=BcType::default(), *, tol=1e-12, max_iterations=200, tension=0.0, num_threads=None
-    ), text_signature = "(t, quaternions, bc_type='natural', *, tol=1e-12, max_iterations=200, tension=0.0, num_threads=None)")]
+        t, quaternions, bc_type=BcType::default(), *, tol=1e-12, max_iterations=200, tension=0.0, extrapolate=true, num_threads=None
+    ), text_signature = "(t, quaternions, bc_type='natural', *, tol=1e-12, max_iterations=200, tension=0.0, \
+        extrapolate=True, num_threads=None)")]
     fn batch(
         t: &Any,
         quaternions: &Any,
@@ -194,10 +207,11 @@ impl PyRotationCurve {
         tol: f64,
         #[pyo3(from_py_with = whole)] max_iterations: i64,
         tension: f64,
+        extrapolate: bool,
         num_threads: Option<i64>,
     ) -> PyResult<Vec<Self>> {
         let py = t.py();
-        let how = How::new(tol, max_iterations, tension)?;
+        let how = How::new(tol, max_iterations, tension, extrapolate)?;
         let (shape, entries) = read_axes::<3>(quaternions, "quaternions", "(M, N, 4)")?;
         let rotations = keyframes(&shape, &entries)?;
         let [members, knots, _] = shape;
@@ -281,15 +295,25 @@ impl PyRotationCurve {
             tolerance,
             max_iterations,
             tension,
+            extrapolate,
         } = given.how;
         let (t, quaternions, bc_type) = (&this.t, &given.quaternions, &given.bc_type);
-        let arguments = (t, quaternions, bc_type, tolerance, max_iterations, tension);
+        let arguments = (
+            t,
+            quaternions,
+            bc_type,
+            tolerance,
+            max_iterations,
+            tension,
+            extrapolate,
+        );
         let arguments = arguments.into_pyobject(py)?;
         Ok((class.getattr("_solved")?, arguments))
     }
 
     /// Restores a pickled curve by solving again.
     #[staticmethod]
+    #[pyo3(signature = (t, quaternions, bc_type, tol, max_iterations, tension, extrapolate=true))]
     fn _solved(
         t: &Any,
         quaternions: &Any,
@@ -297,8 +321,9 @@ impl PyRotationCurve {
         tol: f64,
         max_iterations: i64,
         tension: f64,
+        extrapolate: bool,
     ) -> PyResult<Self> {
-        let how = How::new(tol, max_iterations, tension)?;
+        let how = How::new(tol, max_iterations, tension, extrapolate)?;
         Self::solved(t, quaternions, &bc_type, how, None)
     }
 
@@ -371,12 +396,16 @@ impl PyRotationCurve {
             t: spline.knots().to_vec(),
             points: Batch::of([frames.len(), 3, 3], entries, Field::Real),
         };
-        let bc_type = match &self.given {
-            Some(given) => given.bc_type_of_frames.clone_ref(py),
-            None => py.None(),
+        let (bc_type, extrapolate) = match &self.given {
+            Some(given) => (given.bc_type_of_frames.clone_ref(py), given.how.extrapolate),
+            None => (py.None(), true),
+        };
+        let curve = match extrapolate {
+            true => Arc::clone(spline.curve()),
+            false => Arc::new((**spline.curve()).clone().with_outside(Outside::Refused)),
         };
         let spline = Spline {
-            cubics: Cubics::Riemannian(Arc::clone(spline.curve())),
+            cubics: Cubics::Riemannian(curve),
             data,
             report: spline.report().copied(),
         };

@@ -10,7 +10,15 @@ from hypothesis import strategies as st
 from rotation_problems import about, product, wander
 from scipy.spatial.transform import Rotation
 
-from stiefel_rs import CubicSpline, Grassmann, InvalidInputError, OutsideDomainError, QuasiGeodesic, RotationSpline
+from stiefel_rs import (
+    CubicSpline,
+    Grassmann,
+    InvalidInputError,
+    OutsideDomainError,
+    QuasiGeodesic,
+    RotationSpline,
+    load,
+)
 from stiefel_rs.rotation_input import matrices_of
 
 MAKERS = {
@@ -274,8 +282,47 @@ def test_lengths_end_where_times_do(data):
     assert spline.arc_length(data[0][0], data[0][-1]) == spline.arc_length()
     with pytest.raises(InvalidInputError, match="must be between the first and the last knot"):
         spline.arc_length(data[0][0] - 1)
+    t, quaternions = data
+    rates = np.zeros((4, 3))
     for wrong in ("periodic", None, 1.0):
-        with pytest.raises(TypeError, match="extrapolate: expected True or False"):
-            RotationSpline(*data, extrapolate=wrong)
+        # Refused before anything is solved: times that decrease are an InvalidInputError.
+        for make in (RotationSpline, RotationSpline.smoothing, lambda *d, **o: RotationSpline.hermite(*d, rates, **o)):
+            with pytest.raises(TypeError, match="extrapolate: expected True or False"):
+                make(-t, quaternions, extrapolate=wrong)
     with pytest.raises(TypeError, match="extrapolate: expected True or False"):
         spline(0.5, extrapolate="periodic")
+
+
+@pytest.mark.parametrize("extrapolate", [False, True])
+def test_curves_end_where_their_splines_do(extrapolate, data, tmp_path):
+    t, quaternions = data
+    batch = np.array([quaternions, quaternions[::-1]])
+    splines = [
+        RotationSpline(t, quaternions, extrapolate=extrapolate),
+        RotationSpline.smoothing(t, quaternions, lam=0.1, extrapolate=extrapolate),
+        RotationSpline.hermite(t, quaternions, np.zeros((4, 3)), extrapolate=extrapolate),
+    ]
+    curves = [spline.curve for spline in splines]
+    curves += [pickle.loads(pickle.dumps(spline)).curve for spline in splines]
+    curves += list(RotationSpline(t, batch, extrapolate=extrapolate).curve)
+    for curve in curves:
+        assert curve.extrapolate == extrapolate
+        curve.save(tmp_path / "curve.npz")
+        again = RotationSpline.from_curve(load(tmp_path / "curve.npz"))
+        assert again.extrapolate == extrapolate
+    beyond = splines[0](t[-1] + 0.5, extrapolate=True)
+    assert np.array_equal(beyond, RotationSpline(t, quaternions)(t[-1] + 0.5))
+
+
+def test_errors_of_batches_name_the_member(data):
+    t, quaternions = data
+    times = np.array([t, t, t])
+    times[1, 2] = times[1, 1] - 1
+    batch = np.array([quaternions] * 3)
+    for name, make in MAKERS.items():
+        rates = np.zeros((3, 4, 3))
+        call = (lambda t, q: RotationSpline.hermite(t, q, rates)) if name == "hermite" else make  # noqa: B023
+        refuse(r"\(batch member 1\)", call, times, batch, knot=2)
+        # A batch of one spline is a batch too.
+        if name != "hermite":
+            refuse(r"\(batch member 0\)", call, times[1:2], batch[:1], knot=2)

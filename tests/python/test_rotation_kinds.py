@@ -136,9 +136,8 @@ def test_batches_equal_singles(lead, own_times):
         assert batch.t_span[0].shape == lead
         assert batch(0.5).shape == (*lead, 4)
         assert "batch of shape" in repr(batch)
-        if count:
-            assert np.array_equal(batch.rotations, np.reshape([s.rotations for s in singles], (*lead, 6, 4)))
-            assert batch.t.shape == (*lead, 6)
+        assert np.array_equal(batch.rotations, np.reshape([s.rotations for s in singles], (*lead, 6, 4)))
+        assert batch.t.shape == (*lead, 6)
 
 
 def test_batches_are_the_same_for_any_number_of_threads():
