@@ -83,12 +83,7 @@ struct How {
 }
 
 impl How {
-    fn new(
-        tolerance: f64,
-        max_iterations: i64,
-        tension: f64,
-        extrapolate: bool,
-    ) -> PyResult<Self> {
+    fn new(tolerance: f64, max_iterations: i64, tension: f64, extrapolate: bool) -> PyResult<Self> {
         Ok(How {
             tolerance,
             max_iterations: count("max_iterations", max_iterations, 1)?,
@@ -159,9 +154,7 @@ impl PyRotationCurve {
                 "curve: expected kind 'riemannian', found 'geometric'"
             ));
         };
-        let continued = (**cubics)
-            .clone()
-            .with_outside(Outside::Continued);
+        let continued = (**cubics).clone().with_outside(Outside::Continued);
         let start = start.map(|start| {
             let (shape, entries) = read_axes::<1>(start, "start", "(4,)")?;
             Ok::<_, PyErr>(keyframes(&shape, &entries)?[0])

@@ -52,7 +52,7 @@ impl Solver<'_> {
         if problem.unknowns() <= FEW || self.has_few_steps() {
             return Ok(None);
         }
-        let (left, work) = (self.map.left(), Cell::new(0.0));
+        let (left, work) = (self.map.work().left(), Cell::new(0.0));
         let limits = BoundaryLimits {
             tolerance: SHARE * self.tolerance(),
             steps: STEPS.min(self.options.max_iterations),
@@ -66,7 +66,7 @@ impl Solver<'_> {
         let (a, b) = start.split_at(start.len() / 2);
         let derivatives = [a, b].map(<[f64]>::to_vec);
         let outcome = solve_between_ends(problem.shape(), &data, (derivatives, kind), limits)?;
-        self.map.count(work.get());
+        self.map.work().count(work.get());
         if outcome.steps > 0 || outcome.found.is_some() {
             self.account_start(outcome.steps);
         }

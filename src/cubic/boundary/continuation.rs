@@ -109,7 +109,7 @@ impl<'a> Tracer<'a> {
         let Some(mut from) = self.first(start)? else {
             return Ok(());
         };
-        while self.steps < self.max_steps && step >= shortest && !self.map.exhausted() {
+        while self.steps < self.max_steps && step >= shortest && !self.map.work().is_done() {
             self.steps += 1;
             let Some((to, corrections)) = self.advance(&from, step)? else {
                 step *= 0.4;

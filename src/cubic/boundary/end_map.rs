@@ -7,6 +7,7 @@ use super::shooting::SingleShooting;
 use crate::cubic::taylor::blocks::BlockSizes;
 use crate::cubic::taylor::end_equations::Target;
 use crate::cubic::taylor::march::Accuracy;
+use crate::cubic::taylor::work::Work;
 use crate::error::Result;
 use crate::report::SolverReport;
 use crate::shooting::StartResponse;
@@ -35,17 +36,8 @@ pub(crate) trait EndMap {
     /// The end of the curve of `y`: point and velocity, shape `(r, k)` each.
     fn end(&mut self, y: &[f64], accuracy: Accuracy) -> Result<[Mat<f64>; 2]>;
 
-    /// Counts work done elsewhere.
-    fn count(&mut self, work: f64);
-
-    /// Multiplies the work limit by `times` from now on.
-    fn allow(&mut self, times: f64);
-
-    /// Remaining work.
-    fn left(&self) -> f64;
-
-    /// Whether the work limit of the problem is reached.
-    fn exhausted(&self) -> bool;
+    /// The work done, and its limit.
+    fn work(&self) -> &Work;
 }
 
 impl<B: BlockSizes, const N: usize> EndMap for SingleShooting<'_, B, N> {
@@ -85,19 +77,7 @@ impl<B: BlockSizes, const N: usize> EndMap for SingleShooting<'_, B, N> {
         Ok([s, v])
     }
 
-    fn count(&mut self, work: f64) {
-        self.work.count(work);
-    }
-
-    fn allow(&mut self, times: f64) {
-        self.work.allow(times);
-    }
-
-    fn left(&self) -> f64 {
-        self.work.left()
-    }
-
-    fn exhausted(&self) -> bool {
-        self.work.is_done()
+    fn work(&self) -> &Work {
+        &self.work
     }
 }

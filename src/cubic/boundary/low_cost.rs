@@ -130,7 +130,7 @@ impl Solver<'_> {
     /// # Errors
     /// `DifferentComponents`, `Interrupted`.
     pub(crate) fn by_descents(&mut self) -> Result<Option<Reported>> {
-        let reserve = (1.0 - SHARE) * self.map.left();
+        let reserve = (1.0 - SHARE) * self.map.work().left();
         // Whether the data determine the rolling curve, and whether its descent has come to rest.
         let (mut is_unique, mut has_rolled, mut ends) = (false, false, Vec::new());
         for start in STARTS {
@@ -202,9 +202,9 @@ impl Solver<'_> {
             a.cmp(&b).then(x.total_cmp(&y))
         });
         // One or two steps remain, whatever was done before.
-        let left = self.map.left();
-        self.map.allow(2.0);
-        let reserve = self.map.left() - left;
+        let left = self.map.work().left();
+        self.map.work().allow(2.0);
+        let reserve = self.map.work().left() - left;
         let mut solution = None;
         for mut end in ends {
             let is_at_rest = end.is_at_rest;
@@ -218,7 +218,7 @@ impl Solver<'_> {
                 break;
             }
         }
-        self.map.allow(0.5);
+        self.map.work().allow(0.5);
         Ok(solution)
     }
 
@@ -239,7 +239,7 @@ impl Solver<'_> {
     /// `reserve`.
     fn may_descend(&self, legs: usize, reserve: f64) -> bool {
         let products = in_space!(self.problem.shape(), |space| products_of_step(space, legs));
-        FEWEST_STEPS * of_products(products) <= self.map.left() - reserve
+        FEWEST_STEPS * of_products(products) <= self.map.work().left() - reserve
     }
 
     /// The result of a descent; `None` if its cost would not be below `below`, if it would repeat one of the others, or if
@@ -253,7 +253,7 @@ impl Solver<'_> {
         if self.problem.unknowns() == 0 {
             return Ok(None);
         }
-        let (left, work) = (self.map.left() - reserve, Cell::new(0.0));
+        let (left, work) = (self.map.work().left() - reserve, Cell::new(0.0));
         let shape = self.problem.shape();
         let d = in_space!(shape, |space| space.dim());
         let legs = knots.velocities.len() / d - 1;
@@ -292,7 +292,7 @@ impl Solver<'_> {
         } = in_space!(shape, |space| least_cost::<Lanes, _>(
             space, knots, descent, &options
         ))?;
-        self.map.count(work.get());
+        self.map.work().count(work.get());
         self.account(report);
         let is_left = report.reason == StopReason::Stagnated && below.is_finite();
         let derivatives = derivatives.iter().take(2 * d).enumerate();

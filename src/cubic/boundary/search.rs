@@ -118,7 +118,7 @@ impl RiemannianCubic {
             None => problem.flat_start(problem.flat()?.as_ref()),
         };
         let mut solver = Solver::new(&problem, &options.boundary);
-        solver.map.allow(SEARCH_WORK);
+        solver.map.work().allow(SEARCH_WORK);
         let mut found = FoundCubic::new(options.distinct);
         search(&problem, &mut solver, &start, options, &mut found)?;
         if found.solutions.is_empty() {
@@ -196,7 +196,7 @@ fn search(
     }
     let (size, mut random) = (norm(start), Random::new(options.seed));
     for attempt in 0..options.starts as usize {
-        if solver.map.exhausted() {
+        if solver.map.work().is_done() {
             break;
         }
         let from = match once.get(attempt) {

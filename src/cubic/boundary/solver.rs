@@ -69,8 +69,8 @@ pub(crate) type Reported = (SolvedStart, BoundaryReport);
 
 impl<'a> Solver<'a> {
     pub(crate) fn new(problem: &'a BoundaryProblem, options: &'a BoundaryOptions<'a>) -> Self {
-        let mut map = problem.end_map(options.interrupt);
-        map.allow(options.allowance());
+        let map = problem.end_map(options.interrupt);
+        map.work().allow(options.allowance());
         Solver {
             problem,
             options,
@@ -192,7 +192,7 @@ impl<'a> Solver<'a> {
         let Some(taylor) = unless_interrupted(taylor)? else {
             return Ok(None);
         };
-        self.map.count(work_of_curve(self.problem.blocks()));
+        self.map.work().count(work_of_curve(self.problem.blocks()));
         match self.accepted(&start, taylor) {
             Some(found) => Ok(Some(found)),
             None => self.by_shooting(&start, None),
@@ -312,7 +312,7 @@ impl<'a> Solver<'a> {
     /// The account so far.
     pub(crate) fn report(&self, strategy: BoundaryStrategy) -> BoundaryReport {
         let (residual, reason) = match self.nearest {
-            (residual, reason) if reason != StopReason::Converged && self.map.exhausted() => {
+            (residual, reason) if reason != StopReason::Converged && self.map.work().is_done() => {
                 (residual, StopReason::WorkLimit)
             }
             nearest => nearest,
