@@ -217,7 +217,12 @@ impl<'p, 'c, C: Chain> ChainIteration<'p, 'c, C> {
     fn linearise(&mut self) -> Result<bool> {
         let chain = self.problem.chain;
         let legs = chain.lengths().len() as f64;
-        self.work.count(legs * chain.work_of_derivative());
+        let needed = legs * chain.work_of_derivative();
+        if needed > self.work.left() {
+            self.work.refuse();
+            return Ok(false);
+        }
+        self.work.count(needed);
         let linear = self.problem.linearised(&self.motion, &self.found)?;
         self.mixing = Anderson::new(DEPTH);
         self.method = linear.map_or(Method::Flat, |linear| Method::Linear(Box::new(linear)));
