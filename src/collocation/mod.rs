@@ -21,7 +21,6 @@ mod along;
 pub(crate) mod boundary;
 pub(crate) mod embedded;
 mod expansion;
-mod lane_frames;
 mod lane_matrices;
 mod lane_nodes;
 pub(crate) mod linear;

@@ -21,6 +21,7 @@
 pub(crate) mod boundary;
 mod boundary_options;
 mod derivative_bounds;
+pub(crate) mod integrated_legs;
 mod integration_options;
 pub(crate) mod integrators;
 mod interval;

@@ -270,3 +270,8 @@ pub fn check_square<T>(name: &'static str, a: MatRef<'_, T>) -> Result<usize> {
         found: format!("({}, {})", a.nrows(), a.ncols()),
     })
 }
+
+/// The first `k` columns of the identity of size `r`.
+pub(crate) fn identity_columns(r: usize, k: usize) -> Mat<f64> {
+    Mat::from_fn(r, k, |i, j| f64::from(u8::from(i == j)))
+}

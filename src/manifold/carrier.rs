@@ -46,8 +46,7 @@ impl Carrier {
     /// `Overflow`, `Decomposition`.
     pub(crate) fn set(&mut self, curve: &QuasiGeodesic) -> Result<()> {
         for (plane, angle) in self.planes.iter_mut().zip(curve.angles()) {
-            let half = (0.5 * angle).sin();
-            *plane = [-2.0 * half * half, angle.sin()];
+            *plane = turn_of(*angle);
         }
         self.exp.exp_into(self.turn.as_mut(), curve.omega(), 1.0)
     }
@@ -85,4 +84,36 @@ impl Carrier {
             }
         }
     }
+}
+
+/// `cos - 1` and `sin` of an angle, without cancellation.
+fn turn_of(angle: f64) -> [f64; 2] {
+    let half = (0.5 * angle).sin();
+    [-2.0 * half * half, angle.sin()]
+}
+
+/// `e^{tX} V e^{t Omega}` for the factors of a quasi-geodesic: moves a vector at its start on by `t`.
+///
+/// # Errors
+/// `Overflow`, `Decomposition`.
+pub(crate) fn carried(curve: &QuasiGeodesic, v: MatRef<'_, f64>, t: f64) -> Result<Mat<f64>> {
+    let k = v.ncols();
+    let mut turn = Mat::zeros(k, k);
+    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), t)?;
+    Ok(turned(curve, v, t) * turn)
+}
+
+/// `e^{tX} A` for the factor of a quasi-geodesic.
+pub(crate) fn turned(curve: &QuasiGeodesic, a: MatRef<'_, f64>, t: f64) -> Mat<f64> {
+    let k = curve.k();
+    let mut components = curve.frame().transpose() * a;
+    for (i, angle) in curve.angles().iter().enumerate() {
+        let [cos, sin] = turn_of(t * angle);
+        for j in 0..a.ncols() {
+            let (along, across) = (components[(i, j)], components[(k + i, j)]);
+            components[(i, j)] = cos * along - sin * across;
+            components[(k + i, j)] = cos * across + sin * along;
+        }
+    }
+    a + curve.frame() * components
 }

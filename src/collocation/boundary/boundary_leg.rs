@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::collocation::along::Along;
-use crate::collocation::lane_frames::LaneFrames;
+use crate::collocation::boundary::lane_frames::LaneFrames;
 use crate::collocation::lane_matrices::{add_product_of_numbers, polar_factor};
 use crate::collocation::lane_nodes::LaneNodes;
 use crate::linalg::field::{larger, largest};

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use crate::cubic::taylor::end_equations::flat_inverse;
+use crate::cubic::boundary::end_equations::flat_inverse;
 use crate::linalg::decomp::solve_square;
 use crate::shooting::StartResponse;
 use crate::solve::broyden::Updates;

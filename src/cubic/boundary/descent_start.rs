@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::guess::{FlatData, carry, turned};
+use super::guess::FlatData;
 use super::problem::BoundaryProblem;
 use super::relative_ends::RelativeEnds;
 use crate::cubic::taylor::blocks::Sizes;
@@ -15,6 +15,7 @@ use crate::linalg::decomp::spectral_norm;
 use crate::linalg::structure::row_by_row;
 use crate::linalg::{orthogonal_log, skew_exp, unitary_log};
 use crate::manifold::QuasiGeodesic;
+use crate::manifold::carrier::{carried, turned};
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::shooting::ChainKnots;
 use crate::space::{Kind, RowOrder, ScalarField};
@@ -50,7 +51,7 @@ impl DescentStart {
         let at = |i: usize| {
             let [c, velocity] = flat.at(i as f64 / count as f64, v0);
             let curve = QuasiGeodesic::from_velocity(start.as_ref(), c.tangent().as_ref())?;
-            let velocity = carry(&curve, velocity.tangent().as_ref(), 1.0)?;
+            let velocity = carried(&curve, velocity.tangent().as_ref(), 1.0)?;
             Ok([curve.point(1.0)?, velocity])
         };
         let knots = (0..=count).map(at).collect::<Result<_>>()?;

@@ -4,8 +4,8 @@
 use faer::Mat;
 
 use super::shooting::SingleShooting;
+use crate::cubic::boundary::end_equations::Target;
 use crate::cubic::taylor::blocks::BlockSizes;
-use crate::cubic::taylor::end_equations::Target;
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::work::Work;
 use crate::error::Result;

@@ -14,9 +14,10 @@ use faer::{Mat, MatRef, Scale};
 use crate::cubic::taylor::initial::Horizontal;
 use crate::cubic::tension::FlatStart;
 use crate::error::{Error, Result};
-use crate::linalg::SkewExp;
 use crate::linalg::decomp::Svd;
+use crate::linalg::structure::identity_columns;
 use crate::manifold::QuasiGeodesic;
+use crate::manifold::carrier::carried;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
 /// Length by which the end point is moved along a unit tangent vector if no quasi-geodesic leads to it.
@@ -61,7 +62,7 @@ impl FlatData {
         let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(identity.as_ref(), v.as_ref());
         Ok(FlatData {
             displacement: horizontal(&curve.initial_velocity()),
-            end_velocity: horizontal(&carry(&curve, v1, -1.0)?),
+            end_velocity: horizontal(&carried(&curve, v1, -1.0)?),
         })
     }
 
@@ -192,34 +193,6 @@ impl FlatData {
         let second = jerk.plus_bracket(-0.5, velocity, &acceleration);
         [acceleration, second]
     }
-}
-
-/// The first `k` columns of the identity of size `r`.
-pub(crate) fn identity_columns(r: usize, k: usize) -> Mat<f64> {
-    Mat::from_fn(r, k, |i, j| f64::from(u8::from(i == j)))
-}
-
-/// `e^{tX} V e^{t Omega}` for the factors of a quasi-geodesic: moves a vector at its point `s` on by `t`.
-pub(crate) fn carry(curve: &QuasiGeodesic, v: MatRef<'_, f64>, t: f64) -> Result<Mat<f64>> {
-    let k = v.ncols();
-    let mut turn = Mat::zeros(k, k);
-    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), t)?;
-    Ok(turned(curve, v, t) * turn)
-}
-
-/// `e^{tX} A` for the factor of a quasi-geodesic.
-pub(crate) fn turned(curve: &QuasiGeodesic, a: MatRef<'_, f64>, t: f64) -> Mat<f64> {
-    let k = curve.k();
-    let mut components = curve.frame().transpose() * a;
-    for i in 0..k {
-        let (sin, cos) = (t * curve.angles()[i]).sin_cos();
-        for j in 0..a.ncols() {
-            let (along, across) = (components[(i, j)], components[(k + i, j)]);
-            components[(i, j)] = (cos - 1.0) * along - sin * across;
-            components[(k + i, j)] = (cos - 1.0) * across + sin * along;
-        }
-    }
-    a + curve.frame() * components
 }
 
 /// A point near `s`: first along the velocity there, then along other directions.

@@ -9,13 +9,13 @@
 
 use faer::{Mat, Scale};
 
-use super::guess::carry;
 use super::problem::BoundaryProblem;
-use crate::cubic::taylor::end_equations::Target;
+use crate::cubic::boundary::end_equations::Target;
 use crate::cubic::taylor::initial::Horizontal;
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::manifold::QuasiGeodesic;
+use crate::manifold::carrier::carried;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
 /// Boundary data that depend on a parameter: given data at 1, data with a known solution at 0.
@@ -37,7 +37,7 @@ impl Homotopy {
         let (r, k) = s1.shape();
         let mut curve = QuasiGeodesic::zeros(r, k);
         curve.join(s.as_ref(), s1, &mut EndpointProblem::new(r, k))?;
-        let back = carry(&curve, v1, -1.0)?;
+        let back = carried(&curve, v1, -1.0)?;
         Ok(Homotopy {
             velocity: problem.velocity.clone(),
             curve,
@@ -55,7 +55,7 @@ impl Homotopy {
         let v = v0 * Scale(1.0 - lambda) + v1 * Scale(lambda);
         let end = [
             self.curve.point(lambda)?,
-            carry(&self.curve, v.as_ref(), lambda)?,
+            carried(&self.curve, v.as_ref(), lambda)?,
         ];
         Ok(Target::new(&self.velocity, &end, self.tension))
     }

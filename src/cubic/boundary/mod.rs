@@ -5,6 +5,7 @@ pub(crate) mod batch;
 pub(crate) mod broyden;
 pub(crate) mod continuation;
 pub(crate) mod descent_start;
+pub(crate) mod end_equations;
 pub(crate) mod end_map;
 pub(crate) mod few_dimensions;
 pub(crate) mod from_boundary;

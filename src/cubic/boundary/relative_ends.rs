@@ -2,8 +2,8 @@
 
 use faer::Mat;
 
-use super::guess::identity_columns;
 use crate::cubic::taylor::initial::Horizontal;
+use crate::linalg::structure::identity_columns;
 
 /// Data at both ends of a curve on `[0, 1]`, in coordinates in which its start is the first columns of the identity.
 #[derive(Clone, Copy)]

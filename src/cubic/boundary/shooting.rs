@@ -1,6 +1,6 @@
 //! Newton shooting for Riemannian cubics: from the end point and end velocity to the initial `x'` and `x''`.
 //!
-//! The exact derivatives of the [equations](crate::cubic::taylor::end_equations) come from the Taylor recurrence on [dual
+//! The exact derivatives of the [equations](crate::cubic::boundary::end_equations) come from the Taylor recurrence on [dual
 //! numbers](crate::linalg::dual). Problems with few unknowns use Newton's method. Larger ones use
 //! [Broyden's](super::broyden), which starts from one Jacobian of low order, or from the Jacobian of flat space if even
 //! one costs too much; if its steps fail, a Newton step is computed by GMRES from products with the derivative. At the
@@ -9,8 +9,8 @@
 use faer::Mat;
 
 use super::broyden::{Broyden, InitialJacobian};
+use crate::cubic::boundary::end_equations::{EndResidual, Target, evaluate, flat_inverse};
 use crate::cubic::taylor::blocks::BlockSizes;
-use crate::cubic::taylor::end_equations::{EndResidual, Target, evaluate, flat_inverse};
 use crate::cubic::taylor::march::{Accuracy, TaylorMarch};
 use crate::cubic::taylor::work::{TRIALS, Work, work_of_curve, work_of_step};
 use crate::error::{Result, unless_interrupted};

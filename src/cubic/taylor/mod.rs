@@ -3,17 +3,13 @@
 pub(crate) mod block_products;
 pub(crate) mod blocks;
 pub(crate) mod embedding;
-pub(crate) mod end_equations;
 pub(crate) mod fused;
 pub(crate) mod halves;
 pub(crate) mod horner;
 pub(crate) mod initial;
 pub(crate) mod lazy_taylor;
-pub(crate) mod leg;
-pub(crate) mod leg_of_blocks;
 pub(crate) mod leg_taylor;
 pub(crate) mod march;
-pub(crate) mod marches;
 pub(crate) mod packing;
 pub(crate) mod piecewise_taylor;
 pub(crate) mod recurrence;

@@ -11,10 +11,9 @@ use faer::{Mat, MatMut, MatRef};
 use super::chain::{Chain, JOINS, Joint, Means, Movable, links, square};
 use super::embedded::InEmbedding;
 use super::motion::Motion;
-use crate::cubic::boundary::guess::carry;
+use crate::cubic::integrated_legs::marches::{Passage, arrival};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Coordinates;
-use crate::cubic::taylor::marches::{Passage, arrival};
 use crate::cubic::taylor::packing::entries;
 use crate::cubic::taylor::state::State;
 use crate::cubic::taylor::work::{work_of_curve, work_of_join};
@@ -23,6 +22,7 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::distance;
 use crate::manifold::carrier::Carrier;
+use crate::manifold::carrier::carried;
 use crate::manifold::grassmann::alignment::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
@@ -244,7 +244,7 @@ impl Movable for Ambient<'_> {
             for v in v.chunks_exact_mut(size) {
                 let point = self.points[knot].as_ref();
                 let along = tangent_part(self.kind.quotient, point, self.matrix(v));
-                write(&carry(&moves[knot], along.as_ref(), 1.0)?, v);
+                write(&carried(&moves[knot], along.as_ref(), 1.0)?, v);
             }
             Ok(())
         };

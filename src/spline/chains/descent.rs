@@ -8,7 +8,7 @@ use super::interpolation::Interpolation;
 use super::motion::Motion;
 use super::solution::Effort;
 use crate::cubic::boundary::descent_start::{DescentStart, LONGEST_LEG};
-use crate::cubic::boundary::guess::{FlatData, identity_columns};
+use crate::cubic::boundary::guess::FlatData;
 use crate::cubic::boundary::relative_ends::RelativeEnds;
 use crate::cubic::taylor::initial::Horizontal;
 use crate::cubic::taylor::packing::unpack;
@@ -16,6 +16,7 @@ use crate::cubic::taylor::work::of_products;
 use crate::error::{Result, unless_interrupted};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
+use crate::linalg::structure::identity_columns;
 use crate::linalg::structure::row_by_row;
 use crate::manifold::grassmann::alignment::alignment;
 use crate::shooting::{

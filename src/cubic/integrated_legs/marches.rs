@@ -4,13 +4,12 @@ use std::ops::Mul;
 
 use faer::{Mat, MatRef};
 
-use super::blocks::{BlockSeries, BlockSizes, Sizes};
-use super::end_equations::{MAX_STEPS, allowed_steps};
-use super::initial::{Coordinates, Horizontal};
 use super::leg::LegMap;
-use super::march::{Accuracy, TaylorMarch};
-use super::state::State;
-use super::work::{Work, work_of_step};
+use crate::cubic::taylor::blocks::{BlockSeries, BlockSizes, Sizes};
+use crate::cubic::taylor::initial::{Coordinates, Horizontal};
+use crate::cubic::taylor::march::{Accuracy, SHOOTING_STEPS, TaylorMarch, allowed_steps};
+use crate::cubic::taylor::state::State;
+use crate::cubic::taylor::work::{Work, work_of_step};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number, jacobian};
@@ -33,7 +32,7 @@ pub(crate) struct Marches<'a, B, const N: usize> {
 impl<'a, B: BlockSizes, const N: usize> Marches<'a, B, N> {
     pub(crate) fn new(blocks: B, interrupt: Interrupt<'a>) -> Self {
         let mut plain = TaylorMarch::new(blocks, Accuracy::FULL);
-        plain.max_steps = MAX_STEPS;
+        plain.max_steps = SHOOTING_STEPS;
         Marches {
             plain,
             abreast: None,
@@ -327,7 +326,7 @@ pub(crate) fn arrival(
     } = Coordinates::of_checked([s, v, a, j], 1.0, kind);
     let mut state = State::of_coordinates(blocks, entries).in_tension(passage.tension);
     let mut march = TaylorMarch::new(blocks, passage.accuracy);
-    march.max_steps = MAX_STEPS;
+    march.max_steps = SHOOTING_STEPS;
     state.load(blocks, &mut march.series);
     let arrived = march.run(1.0, passage.interrupt, &mut |_, _, _| Ok(()));
     let steps = work_of_step(blocks) * march.steps as f64;

@@ -12,7 +12,7 @@
 
 use faer::Mat;
 
-use super::march::Accuracy;
+use crate::cubic::taylor::march::Accuracy;
 use crate::error::Result;
 use crate::linalg::lanes::LANES;
 

@@ -8,26 +8,11 @@
 //!
 //! with the horizontal part `hor(Y) = (skew(Y_1), Y_2)`, where `Y_1` and `Y_2` are the upper and the lower block.
 
-use super::blocks::BlockSizes;
-use super::march::TaylorMarch;
+use crate::cubic::taylor::blocks::BlockSizes;
+use crate::cubic::taylor::march::{TaylorMarch, allowed_steps};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::Number;
-
-/// Maximal number of Taylor steps of one integration: curves that need more are too fast for shooting.
-pub(crate) const MAX_STEPS: usize = 4_000;
-
-/// Taylor steps allowed for a curve with zero end speeds, and additional steps per unit of speed: a few times as many
-/// as observed solutions take (11 from rest to rest at distance 2.7). Trials that go astray are stopped here: with a
-/// fixed limit of 4000, one in forty problems from rest to rest on St(10,3) and St(5,2) would spend all its work on the
-/// first start.
-const STEPS: f64 = 60.0;
-const STEPS_PER_SPEED: f64 = 8.0;
-
-/// Number of Taylor steps allowed for a curve with the given speed at one of its ends.
-pub(crate) fn allowed_steps(speed: f64) -> usize {
-    ((STEPS + STEPS_PER_SPEED * speed) as usize).min(MAX_STEPS)
-}
 
 /// Boundary data in coordinates in which the start is the identity, blocks in column-major order.
 #[derive(Debug, Clone)]

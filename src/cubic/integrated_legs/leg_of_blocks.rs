@@ -1,8 +1,8 @@
 //! Legs of splines by the sizes of their blocks.
 
-use super::blocks::{BlockSizes as _, FixedSizes, Sizes};
 use super::leg::LegMap;
 use super::marches::Marches;
+use crate::cubic::taylor::blocks::{BlockSizes as _, FixedSizes, Sizes};
 use crate::interrupt::Interrupt;
 
 /// Legs on `St(m + k, k)`. With sizes known only at run time, splines through 20 points at distances of 1.9 take 1.38 times as

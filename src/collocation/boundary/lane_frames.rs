@@ -1,8 +1,8 @@
 //! Frames along a curve at Gauss nodes: the solution of `g' = g x`, `g(0) = 1`.
 
-use super::along::Along;
-use super::lane_matrices::{add_product, add_product_of_numbers, times_transposed};
-use super::lane_nodes::LaneNodes;
+use crate::collocation::along::Along;
+use crate::collocation::lane_matrices::{add_product, add_product_of_numbers, times_transposed};
+use crate::collocation::lane_nodes::LaneNodes;
 use crate::linalg::field::{larger, largest, set_identity};
 use crate::linalg::lanes::Lanes;
 use crate::space::Homogeneous;
