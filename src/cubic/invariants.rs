@@ -4,12 +4,11 @@ use faer::{Mat, MatRef, Scale};
 
 use super::riemannian_cubic::RiemannianCubic;
 use super::taylor::initial::Horizontal;
-use super::taylor::packing::entries;
 use super::taylor::state::State;
 use super::turning::bracket_of;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
-use crate::linalg::product::{columns, columns_mut, mul_add, mul_into};
+use crate::linalg::product::{columns, columns_mut, entries, mul_add, mul_into};
 use crate::linalg::structure::check_range;
 use crate::space::Quotient;
 

@@ -114,6 +114,12 @@ pub(crate) fn columns_mut(entries: &mut [f64], rows: usize) -> MatMut<'_, f64> {
     MatMut::from_column_major_slice_mut(entries, rows, count)
 }
 
+/// The entries in column-major order.
+pub(crate) fn entries(a: impl Readable) -> Vec<f64> {
+    let a = a.as_mat_ref();
+    a.col_iter().flat_map(|c| c.iter().copied()).collect()
+}
+
 /// `dst += alpha * a`, entry by entry.
 pub fn axpy(mut dst: impl Writable, alpha: f64, a: impl Readable) {
     let (mut dst, a) = (dst.as_mat_mut(), a.as_mat_ref());

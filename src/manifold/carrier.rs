@@ -7,7 +7,7 @@ use super::QuasiGeodesic;
 use crate::error::Result;
 use crate::linalg::SkewExp;
 use crate::linalg::product::{mul_add, mul_into};
-use crate::solve::tridiagonal::Direction;
+use crate::solve::direction::Direction;
 
 /// `V -> e^{X} V e^{Omega}` and its inverse, for the factors of one quasi-geodesic, with buffers allocated once per
 /// shape.

@@ -164,7 +164,7 @@ mod tests {
     use crate::manifold::Stiefel;
     use crate::manifold::carrier::Carrier;
     use crate::manifold::retraction_differential::retraction_differential;
-    use crate::solve::tridiagonal::Direction;
+    use crate::solve::direction::Direction;
 
     fn entry(i: usize, j: usize, seed: usize) -> f64 {
         ((17 * i + 5 * j + 11 * seed) as f64).sin()

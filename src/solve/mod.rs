@@ -4,6 +4,7 @@ pub(crate) mod anderson;
 pub(crate) mod block_cholesky;
 pub(crate) mod block_tridiagonal;
 pub(crate) mod broyden;
+pub(crate) mod direction;
 pub(crate) mod gmres;
 pub(crate) mod line_search;
 pub mod newton;

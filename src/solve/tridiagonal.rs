@@ -10,14 +10,8 @@
 //! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.5.1; de Boor (2001), "A Practical Guide to Splines", ch. IV,
 //! for the system of cubic splines.
 
+use super::direction::Direction;
 use crate::error::Result;
-
-/// Direction from a knot to the next one, or back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Direction {
-    Forward,
-    Backward,
-}
 
 /// The isometries between vectors at neighbouring knots, which have the same number of coordinates.
 pub(crate) trait Isometries {

@@ -11,6 +11,7 @@ pub(crate) mod chains;
 mod ends;
 pub(crate) mod geometric;
 mod hermite;
+mod joints;
 mod knots;
 mod options;
 pub mod piecewise;

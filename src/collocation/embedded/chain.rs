@@ -5,7 +5,7 @@
 //! space solves the tridiagonal system of cubic splines. A step is two sweeps along each leg and that change, tangential and
 //! with Anderson mixing: no derivatives, no frames, and work linear in the number of rows.
 
-use faer::{Mat, MatMut, MatRef};
+use faer::{Mat, MatRef};
 
 use super::clamped::{Clamped, LEVELS};
 use super::clamped_leg::{ClampedLeg, ClampedScratch};
@@ -14,6 +14,7 @@ use crate::collocation::lane_nodes::nodes;
 use crate::error::Result;
 use crate::legs::{End, Ends, Knots, Options, Progress};
 use crate::linalg::field::larger;
+use crate::linalg::product::{columns, columns_mut};
 use crate::linalg::simd::{Four, each};
 use crate::manifold::grassmann::alignment::alignment;
 use crate::manifold::tangent::tangent_part;
@@ -359,9 +360,9 @@ impl<'c> MixedIteration<'c> {
 
     /// Gives the legs the present velocities.
     fn set_data(&mut self) {
-        let (vector, k, chain) = (self.vector(), self.chain.shape().1, self.chain);
+        let (vector, (n, k), chain) = (self.vector(), self.chain.shape(), self.chain);
         for (knot, pair) in self.pairs.iter_mut().enumerate() {
-            let v = matrix(chain, &self.velocities[knot * vector..][..vector]);
+            let v = columns(&self.velocities[knot * vector..][..vector], n);
             pair.as_mut().subcols_mut(k, k).copy_from(v);
         }
         let (pairs, lengths) = (&self.pairs, chain.knots.lengths);
@@ -454,8 +455,12 @@ impl<'c> MixedIteration<'c> {
         let mut step: Vec<f64> = self.jumps.iter().map(|jump| -jump).collect();
         system.solve(&mut Unturned(vector), &mut step)?;
         for (point, step) in chain.points.iter().zip(step.chunks_exact_mut(vector)) {
-            let tangent = tangent_part(chain.kind.quotient, point.as_ref(), matrix(chain, step));
-            matrix_mut(chain, step).copy_from(&tangent);
+            let tangent = tangent_part(
+                chain.kind.quotient,
+                point.as_ref(),
+                columns(step, point.nrows()),
+            );
+            columns_mut(step, point.nrows()).copy_from(&tangent);
         }
         Ok(step)
     }
@@ -485,14 +490,4 @@ fn at_rest(chain: &EmbeddedChain<'_>) -> Vec<f64> {
         }
     }
     velocities
-}
-
-fn matrix<'v>(chain: &EmbeddedChain<'_>, v: &'v [f64]) -> MatRef<'v, f64> {
-    let (n, k) = chain.shape();
-    MatRef::from_column_major_slice(v, n, k)
-}
-
-fn matrix_mut<'v>(chain: &EmbeddedChain<'_>, v: &'v mut [f64]) -> MatMut<'v, f64> {
-    let (n, k) = chain.shape();
-    MatMut::from_column_major_slice_mut(v, n, k)
 }

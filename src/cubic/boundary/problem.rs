@@ -12,7 +12,7 @@ use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::taylor::blocks::{BlockSizes, FixedSizes, Sizes};
 use crate::cubic::taylor::initial::{Horizontal, complete_over};
 use crate::cubic::taylor::march::Accuracy;
-use crate::cubic::taylor::packing::{entries, pack, unpack};
+use crate::cubic::taylor::packing::{pack, unpack};
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::taylor::state::State;
 use crate::cubic::tension::FlatStart;
@@ -20,6 +20,7 @@ use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::field::larger;
+use crate::linalg::product::entries;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::space::{Kind, ScalarField, Shape};
 

@@ -13,12 +13,11 @@ use super::linear_flow::{LinearFlow, VARIATION};
 use super::linear_piece::LinearPiece;
 use super::linear_start::{LinearStart, spanning};
 use crate::cubic::riemannian_cubic::RiemannianCubic;
-use crate::cubic::taylor::packing::entries;
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::field::add;
-use crate::linalg::product::columns;
+use crate::linalg::product::{columns, entries};
 use crate::linalg::structure::check_range;
 
 /// Size of frames for which series are quicker, since it is known to the compiler: derivative and gradient take 137 us and

@@ -11,13 +11,13 @@ use faer::{Mat, MatRef};
 use super::linear_layout::LinearLayout;
 use super::linear_start::LinearStart;
 use crate::cubic::taylor::blocks::{BlockSizes, Sizes};
-use crate::cubic::taylor::packing::{entries, pack_gradient, read_vector, write_vector};
+use crate::cubic::taylor::packing::{pack_gradient, read_vector, write_vector};
 use crate::curve::barycentric::Barycentric;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::field::{accumulate, add};
 use crate::linalg::lanes::LANES;
-use crate::linalg::product::{columns, columns_mut, mul_add, mul_into};
+use crate::linalg::product::{columns, columns_mut, entries, mul_add, mul_into};
 use crate::shooting::{CurvePart, LinearCurve, linearise, linearise_all};
 use crate::threads;
 

@@ -8,9 +8,9 @@ use super::linear_piece::{LinearPiece, PieceEnds};
 use super::linear_start::LinearStart;
 use super::variation::vary;
 use crate::cubic::taylor::initial::Horizontal;
-use crate::cubic::taylor::packing::{entries, pack};
+use crate::cubic::taylor::packing::pack;
 use crate::interrupt::Interrupt;
-use crate::linalg::product::columns;
+use crate::linalg::product::{columns, entries};
 use crate::linalg::structure::norm;
 use crate::space::Quotient;
 

@@ -4,11 +4,11 @@ use super::linear_flow::LinearFlow;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Horizontal;
-use crate::cubic::taylor::packing::{entries, pack, pack_blocks};
+use crate::cubic::taylor::packing::{pack, pack_blocks};
 use crate::cubic::taylor::state::State;
 use crate::curve::Curve;
 use crate::error::Result;
-use crate::linalg::product::{columns, columns_mut, mul_into};
+use crate::linalg::product::{columns, columns_mut, entries, mul_into};
 
 /// The start of a curve.
 #[derive(Debug, Clone)]

@@ -5,9 +5,8 @@ use faer::{Mat, MatRef};
 
 use super::linear_piece::{LinearPiece, PieceResponse};
 use crate::cubic::taylor::blocks::Sizes;
-use crate::cubic::taylor::packing::entries;
 use crate::linalg::field::add;
-use crate::linalg::product::{columns, columns_mut, mul_into};
+use crate::linalg::product::{columns, columns_mut, entries, mul_into};
 use crate::linalg::structure::row_by_row;
 
 impl LinearPiece {

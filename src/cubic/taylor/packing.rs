@@ -2,7 +2,6 @@
 
 use super::blocks::Sizes;
 use super::initial::Horizontal;
-use crate::linalg::product::Readable;
 use crate::space::{Homogeneous, in_space};
 
 /// The coordinates of vectors of `m`, one vector after another: for real vectors the entries of `omega` above the
@@ -108,10 +107,4 @@ pub(crate) fn read_entries(entry: impl Fn(usize, usize) -> f64, out: &mut [f64],
         };
         out[p] = entry * space.scale(i, j);
     }));
-}
-
-/// The entries in column-major order.
-pub(crate) fn entries(a: impl Readable) -> Vec<f64> {
-    let a = a.as_mat_ref();
-    a.col_iter().flat_map(|c| c.iter().copied()).collect()
 }

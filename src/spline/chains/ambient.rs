@@ -8,26 +8,27 @@ use std::sync::Arc;
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 
-use super::chain::{Chain, JOINS, Joint, Means, Movable, links, square};
+use super::chain::{Chain, JOINS, Means, Movable, square};
 use super::embedded::InEmbedding;
 use super::motion::Motion;
 use crate::cubic::integrated_legs::marches::{Passage, arrival};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Coordinates;
-use crate::cubic::taylor::packing::entries;
 use crate::cubic::taylor::state::State;
 use crate::cubic::taylor::work::{work_of_curve, work_of_join};
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::linalg::product::entries;
 use crate::linalg::structure::distance;
 use crate::manifold::carrier::Carrier;
 use crate::manifold::carrier::carried;
 use crate::manifold::grassmann::alignment::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
-use crate::solve::tridiagonal::Direction;
+use crate::solve::direction::Direction;
 use crate::space::{Kind, Quotient};
+use crate::spline::joints::{Joint, joints};
 use crate::threads::{self, ALWAYS};
 
 /// Knots, and the quasi-geodesics between them.
@@ -51,7 +52,7 @@ impl<'a> Ambient<'a> {
     ) -> Result<Self> {
         Ok(Ambient {
             kind,
-            joints: links(&points, kind.quotient)?,
+            joints: joints(&points, kind.quotient)?,
             points,
             lengths,
             tension: 0.0,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use faer::{Mat, MatRef};
+use faer::Mat;
 
 use super::motion::Motion;
 use crate::cubic::RiemannianCubic;
@@ -14,12 +14,9 @@ use crate::cubic::taylor::work::Work;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
-use crate::manifold::QuasiGeodesic;
-use crate::manifold::grassmann::joining::join_spans;
-use crate::manifold::quasi_geodesic::EndpointProblem;
-use crate::solve::tridiagonal::{Direction, Isometries};
-use crate::space::Quotient;
-use crate::threads::{self, scaled};
+use crate::solve::direction::Direction;
+use crate::solve::tridiagonal::Isometries;
+use crate::threads;
 
 /// Number of legs that are integrated by one worker, together if that is faster.
 pub(crate) const LEGS: usize = LANES;
@@ -27,18 +24,12 @@ pub(crate) const LEGS: usize = LANES;
 /// Microseconds, for each coordinate, of a leg that is integrated among eight.
 const LEG: f64 = 0.25;
 
-/// Microseconds of a quasi-geodesic between neighbouring rotations.
-pub(crate) const JOIN: f64 = 3.0;
-
 /// Microseconds of a piece whose curve is computed later.
 const PIECE: f64 = 0.2;
 
 /// Cost of the logarithm of a datum plus joining a moved knot, in units of joining: the logarithm takes about five
 /// times as long.
 pub(crate) const JOINS: f64 = 6.0;
-
-/// Angle between consecutive bases up to which they count as aligned: round-off.
-const ALIGNED: f64 = 16.0 * f64::EPSILON;
 
 /// Integration accuracy of legs, their speeds at the ends, and the counter of work.
 pub(crate) struct Means<'a> {
@@ -185,61 +176,6 @@ pub(crate) trait Movable: Chain + Sized {
 
     /// The squared norm of a tangent vector.
     fn square(&self, knot: usize, v: &[f64]) -> f64;
-}
-
-/// The curve that joins a knot to the next one.
-#[derive(Debug, Clone)]
-pub(crate) struct Joint {
-    pub(crate) curve: QuasiGeodesic,
-    /// For subspaces whose bases are not aligned, the matrix that maps the basis reached by the curve to the one at the
-    /// knot.
-    pub(crate) turn: Option<Mat<f64>>,
-}
-
-/// Quasi-geodesics between neighbours, or geodesics between their spans.
-///
-/// # Errors
-/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, wrapped in `AtKnot` of the first of the two knots.
-pub(crate) fn links(points: &[Mat<f64>], quotient: Quotient) -> Result<Vec<Joint>> {
-    let (n, k) = points[0].shape();
-    threads::map(
-        points.len() - 1,
-        scaled(JOIN, (n, k)),
-        || EndpointProblem::new(n, k),
-        |problem, knot| {
-            let [first, last] = [knot, knot + 1].map(|knot| points[knot].as_ref());
-            let joint = joint(first, last, quotient, problem);
-            joint.map_err(|error| error.at_knot(knot))
-        },
-    )
-}
-
-/// The curve from one point to another.
-///
-/// # Errors
-/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
-pub(crate) fn joint(
-    first: MatRef<'_, f64>,
-    last: MatRef<'_, f64>,
-    quotient: Quotient,
-    problem: &mut EndpointProblem,
-) -> Result<Joint> {
-    match quotient {
-        Quotient::Frames => {
-            let mut curve = QuasiGeodesic::zeros(first.nrows(), first.ncols());
-            curve.join(first, last, problem)?;
-            Ok(Joint { curve, turn: None })
-        }
-        Quotient::Subspaces => {
-            let (curve, turn) = join_spans(first, last, problem)?;
-            let k = turn.nrows();
-            let off = (&turn - Mat::<f64>::identity(k, k)).norm_max();
-            Ok(Joint {
-                curve,
-                turn: (off > ALIGNED).then_some(turn),
-            })
-        }
-    }
 }
 
 /// The legs as curves, each on `[0, 1]`.

@@ -22,7 +22,7 @@ use crate::manifold::grassmann::alignment::alignment;
 use crate::shooting::{
     ChainKnots, ChainLayout, DescentProblem, Held, LeastCost, least_cost, products_of_step,
 };
-use crate::solve::tridiagonal::Direction;
+use crate::solve::direction::Direction;
 use crate::space::{Quotient, in_space};
 use crate::spline::ends::{End, Ends};
 

@@ -11,10 +11,10 @@ use crate::collocation::{self, Near};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::lazy_taylor::LazyTaylor;
 use crate::cubic::taylor::leg_taylor::leg_taylor;
-use crate::cubic::taylor::packing::entries;
 use crate::cubic::taylor::work::of_products;
 use crate::error::Result;
 use crate::legs::{Knots, Options};
+use crate::linalg::product::entries;
 use crate::space::{Kind, in_space};
 use crate::spline::ends::{End, Ends};
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use faer::{Mat, MatRef};
 
-use super::chain::{Chain, JOIN, JOINS, Means, Movable};
+use super::chain::{Chain, JOINS, Means, Movable};
 use super::motion::Motion;
 use super::neighbours::{Joining, NeighbourLink};
 use crate::cubic::integrated_legs::leg::LegMap;
@@ -24,8 +24,9 @@ use crate::manifold::carrier::turned;
 use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
-use crate::solve::tridiagonal::Direction;
+use crate::solve::direction::Direction;
 use crate::space::{Kind, Quotient, Shape};
+use crate::spline::joints::JOIN;
 use crate::threads::{self, scaled};
 
 /// Microseconds of a link between rotations; 3.8 on St(4,2), where a quasi-geodesic joins the points.

@@ -25,7 +25,7 @@ use crate::cubic::taylor::work::Work;
 use crate::error::Result;
 use crate::legs::Knots;
 use crate::linalg::field::add;
-use crate::solve::tridiagonal::Direction;
+use crate::solve::direction::Direction;
 use crate::solve::tridiagonal::Tridiagonal;
 use crate::spline::ends::Ends;
 

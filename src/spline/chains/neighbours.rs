@@ -3,16 +3,16 @@
 
 use faer::Mat;
 
-use super::chain::{Joint, joint};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Horizontal;
-use crate::cubic::taylor::packing::{entries, pack, read_entries};
+use crate::cubic::taylor::packing::{pack, read_entries};
 use crate::error::{Error, Result};
-use crate::linalg::product::{determinant_sign, mul_into};
+use crate::linalg::product::{determinant_sign, entries, mul_into};
 use crate::linalg::{OrthogonalLog, skew_exp};
 use crate::manifold::carrier::turned;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::space::{Quotient, ScalarField};
+use crate::spline::joints::{Joint, joint};
 
 /// Relation between the two ends of a leg, matrices in column-major order.
 pub(crate) struct NeighbourLink {

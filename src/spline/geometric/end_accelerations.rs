@@ -35,7 +35,7 @@ use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::inverse_differential::InverseDifferential;
 use crate::manifold::quasi_geodesic::{Departure, EndpointProblem};
 use crate::manifold::tangent::tangent_part;
-use crate::solve::tridiagonal::Direction;
+use crate::solve::direction::Direction;
 use crate::space::Quotient;
 
 /// Quantity named in `Overflow` errors.

@@ -3,12 +3,12 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::end_accelerations::{EndAccelerations, add_quasi_geodesic_acceleration};
-use super::links::{Links, matrix, matrix_mut};
-use crate::cubic::taylor::packing::entries;
+use super::links::Links;
 use crate::curve::GeometricCubic;
 use crate::error::{Error, Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::legs::Knots;
+use crate::linalg::product::{columns, columns_mut, entries};
 use crate::manifold::only_bases::advised_knots;
 use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
@@ -293,7 +293,7 @@ impl<'a> GeometricProblem<'a> {
         let points = ends.map(|knot| self.knots.points[knot].as_ref());
         let velocities = ends.map(|knot| self.velocity(velocities, knot));
         let (first, last) = out.split_at_mut(out.len() / 2);
-        let out = [first, last].map(|out| matrix_mut(out, self.shape));
+        let out = [first, last].map(|out| columns_mut(out, self.shape.0));
         work.compute(points, velocities, self.knots.lengths[leg], out)
     }
 
@@ -305,7 +305,7 @@ impl<'a> GeometricProblem<'a> {
     fn velocity<'v>(&self, velocities: &'v [f64], knot: usize) -> MatRef<'v, f64> {
         let size = self.links.size();
         let knot = knot % self.chain().count();
-        matrix(&velocities[knot * size..][..size], self.shape)
+        columns(&velocities[knot * size..][..size], self.shape.0)
     }
 
     /// The accelerations before the knots minus those after them; at an end, minus the given one.
@@ -319,7 +319,7 @@ impl<'a> GeometricProblem<'a> {
                 let point = self.knots.points[knot].as_ref();
                 let velocity = self.velocity(velocities, knot);
                 add_quasi_geodesic_acceleration(
-                    matrix_mut(jump, self.shape),
+                    columns_mut(jump, self.shape.0),
                     -sign,
                     point,
                     velocity,

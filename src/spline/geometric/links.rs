@@ -6,14 +6,13 @@ use faer::{Mat, MatMut, MatRef};
 use crate::error::Result;
 use crate::legs::{End, Knots};
 use crate::linalg::field::add;
-use crate::linalg::product::axpy;
+use crate::linalg::product::{axpy, columns, columns_mut};
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::carrier::Carrier;
-use crate::manifold::quasi_geodesic::EndpointProblem;
-use crate::solve::tridiagonal::{Direction, Isometries};
+use crate::solve::direction::Direction;
+use crate::solve::tridiagonal::Isometries;
 use crate::space::Quotient;
-use crate::spline::chains::chain::{JOIN, Joint, joint};
-use crate::threads::{self, scaled};
+use crate::spline::joints::{Joint, joints};
 
 /// The curves, in order.
 pub(crate) struct Links {
@@ -28,14 +27,8 @@ struct GeodesicLink {
 }
 
 impl GeodesicLink {
-    fn new(
-        [s0, s1]: [MatRef<'_, f64>; 2],
-        quotient: Quotient,
-        problem: &mut EndpointProblem,
-    ) -> Result<Self> {
-        let (n, k) = s0.shape();
-        let Joint { curve, turn } = joint(s0, s1, quotient, problem)?;
-        let mut carrier = Carrier::new(n, k);
+    fn new(Joint { curve, turn }: Joint) -> Result<Self> {
+        let mut carrier = Carrier::new(curve.n(), curve.k());
         carrier.set(&curve)?;
         if let Some(turn) = &turn {
             carrier.turn_basis(turn);
@@ -54,18 +47,10 @@ impl GeodesicLink {
 impl Links {
     /// # Errors
     /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle`, wrapped in `AtKnot` of the first of
-    /// the two points.
+    /// the two points; `Decomposition`.
     pub(crate) fn new(points: &[Mat<f64>], quotient: Quotient) -> Result<Self> {
-        let (n, k) = points[0].shape();
-        let links = threads::map(
-            points.len() - 1,
-            scaled(JOIN, (n, k)),
-            || EndpointProblem::new(n, k),
-            |problem, knot| {
-                let ends = [knot, knot + 1].map(|knot| points[knot].as_ref());
-                GeodesicLink::new(ends, quotient, problem).map_err(|error| error.at_knot(knot))
-            },
-        )?;
+        let joints = joints(points, quotient)?.into_iter();
+        let links = joints.map(GeodesicLink::new).collect::<Result<_>>()?;
         Ok(Links { links })
     }
 
@@ -97,7 +82,7 @@ impl Links {
             {
                 let here = &mut right[knot * size..][..size];
                 axpy(
-                    matrix_mut(here, displacement.shape()),
+                    columns_mut(here, displacement.nrows()),
                     6.0 / (h * h),
                     displacement,
                 );
@@ -140,18 +125,8 @@ impl Isometries for Links {
         from: &[f64],
         to: &mut [f64],
     ) -> Result<()> {
-        let shape = self.first(link).shape();
-        self.carry(link, matrix(from, shape), matrix_mut(to, shape), way);
+        let n = self.first(link).nrows();
+        self.carry(link, columns(from, n), columns_mut(to, n), way);
         Ok(())
     }
-}
-
-/// The entries of a vector as a matrix, in column-major order.
-pub(crate) fn matrix(entries: &[f64], shape: (usize, usize)) -> MatRef<'_, f64> {
-    MatRef::from_column_major_slice(entries, shape.0, shape.1)
-}
-
-/// As [`matrix`], mutable.
-pub(crate) fn matrix_mut(entries: &mut [f64], shape: (usize, usize)) -> MatMut<'_, f64> {
-    MatMut::from_column_major_slice_mut(entries, shape.0, shape.1)
 }

@@ -2,13 +2,14 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::links::{Links, matrix};
-use crate::cubic::taylor::packing::entries;
+use super::links::Links;
 use crate::error::Result;
 use crate::legs::Knots;
+use crate::linalg::product::{columns, entries};
 use crate::linalg::structure::{check_range, norm};
 use crate::manifold::only_bases::advised_knots;
-use crate::solve::tridiagonal::{Direction, Isometries};
+use crate::solve::direction::Direction;
+use crate::solve::tridiagonal::Isometries;
 use crate::space::{Kind, Quotient};
 use crate::spline::ends::{EndConditions, Ends, check_ends};
 use crate::spline::knots;
@@ -188,7 +189,7 @@ impl Slopes<'_> {
         self.chain.flat_system()?.solve(&mut self.links, &mut all)?;
         let velocities = all.chunks(self.links.size());
         Ok(velocities
-            .map(|entries| matrix(entries, self.points[0].shape()).to_owned())
+            .map(|entries| columns(entries, self.points[0].nrows()).to_owned())
             .collect())
     }
 

@@ -5,7 +5,7 @@ use super::smoothing_preconditioner::SmoothingPreconditioner;
 use crate::cubic::taylor::work::Work;
 use crate::error::{Error, Result};
 use crate::linalg::field::add;
-use crate::solve::tridiagonal::Direction;
+use crate::solve::direction::Direction;
 use crate::spline::chains::chain::Movable;
 
 /// Number of values of `lambda` per factor of ten in the initial scan.

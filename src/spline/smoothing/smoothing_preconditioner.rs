@@ -20,7 +20,7 @@ use crate::spline::chains::motion::Motion;
 
 use crate::error::{Error, Result};
 use crate::linalg::field::add;
-use crate::solve::tridiagonal::Direction;
+use crate::solve::direction::Direction;
 use crate::solve::tridiagonal::{ChainShape, Row, Tridiagonal, diagonal_of_inverse};
 
 /// Range of the weight of the cost, in units of the mean leg and of the largest weight, outside which it makes no
