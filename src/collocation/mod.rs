@@ -14,8 +14,8 @@
 //! The polynomials through the nodes are the curve, except for legs with more than 32 nodes, which are integrated.
 //!
 //! # Source
-//! Atkinson (1997), "The Numerical Solution of Integral Equations of the Second Kind", sec. 4.1 (the Nystrom method); Walker, Ni
-//! (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
+//! Atkinson (1997), "The Numerical Solution of Integral Equations of the Second Kind", sec. 4.1 (the Nystrom method);
+//! Walker, Ni (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
 
 mod along;
 pub(crate) mod boundary;

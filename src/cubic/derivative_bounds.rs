@@ -89,9 +89,9 @@ const MAX_INTERVALS: usize = 1 << 16;
 /// Maximal number of iterations for the bounds of one interval; the first guess is 1/8 too large.
 const MAX_ROUNDS: usize = 8;
 
-/// The state at one time.
+/// Covariant derivatives at one time, and their norms.
 #[derive(Clone)]
-struct TaylorSample {
+struct CovariantSample {
     t: f64,
     /// `V, A, J, D_t J`.
     vectors: [Horizontal; 4],
@@ -200,7 +200,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    fn at(&mut self, t: f64) -> TaylorSample {
+    fn at(&mut self, t: f64) -> CovariantSample {
         let (k, m) = (self.taylor.blocks.k, self.taylor.blocks.m);
         let mut targets = self.coefficients.each_mut().map(Vec::as_mut_slice);
         self.taylor.vectors_into(t, &mut targets);
@@ -221,7 +221,7 @@ impl<'a> Sampler<'a> {
         };
         let snap = snap.plus(self.taylor.tension(), &a);
         let norms = [x.norm(), a.norm(), jerk.norm()];
-        TaylorSample {
+        CovariantSample {
             t,
             vectors: [x, a, jerk, snap],
             norms,
@@ -251,7 +251,7 @@ fn snap_of_subspaces(x: &Horizontal, a: &Horizontal) -> Horizontal {
 }
 
 /// `max |X_0 + s Y_0|` for `s` from 0 to `reach`: the function is convex, so the maximum is at an end.
-fn reached(at: &TaylorSample, which: usize, reach: f64) -> f64 {
+fn reached(at: &CovariantSample, which: usize, reach: f64) -> f64 {
     let moved = at.vectors[which]
         .clone()
         .plus(reach, &at.vectors[which + 1]);
@@ -260,8 +260,8 @@ fn reached(at: &TaylorSample, which: usize, reach: f64) -> f64 {
 
 /// Bounds on one interval; `None` if it is too wide.
 fn interval_bounds(
-    a: &TaylorSample,
-    b: &TaylorSample,
+    a: &CovariantSample,
+    b: &CovariantSample,
     width: f64,
     taylor: &PiecewiseTaylor,
 ) -> Option<[f64; 3]> {

@@ -26,8 +26,9 @@ impl RiemannianCubic {
         let vectors = taylor.vectors.chunks_exact(terms * vector);
         let parts = taylor.pieces.iter().zip(points).zip(vectors);
         parts.map(move |((piece, points), vectors)| {
-            let time =
-                |taylor_time: f64| time_map.curve + (taylor_time - time_map.taylor) / time_map.rate;
+            let time = |taylor_time: f64| {
+                time_map.curve_origin + (taylor_time - time_map.taylor_origin) / time_map.rate
+            };
             let [a, b] = [piece.lower, piece.upper].map(time);
             CubicPolynomial {
                 lower: a.min(b),

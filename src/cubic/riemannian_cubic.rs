@@ -116,7 +116,8 @@ impl RiemannianCubic {
         Ok(curve)
     }
 
-    /// Taylor polynomials in the coordinates of a frame, in the time of the curve, with the report of the solver that found it.
+    /// A curve from its polynomials in the coordinates of a frame, in the time of the curve, with the report of the
+    /// solver that found it.
     pub(crate) fn of_taylor(
         n: usize,
         k: usize,

@@ -36,29 +36,29 @@ impl StoredPiece for RiemannianCubic {
     fn store_all(curves: &[Self], fields: &mut Fields) {
         let first = curves.first();
         fields.put_whole("shape", first.map_or([0, 0], |first| [first.n, first.k]));
-        let taylors = || curves.iter().map(|curve| &*curve.taylor);
+        let polynomials = || curves.iter().map(|curve| &*curve.taylor);
         let flat = |numbers: &dyn Fn(&Self) -> Vec<f64>| curves.iter().flat_map(numbers).collect();
         fields.put_whole(
             "ranks",
-            taylors().map(|taylor| taylor.blocks.m + taylor.blocks.k),
+            polynomials().map(|taylor| taylor.blocks.m + taylor.blocks.k),
         );
-        fields.put_whole("steps", taylors().map(|taylor| taylor.pieces.len()));
-        fields.put_whole("orders", taylors().map(|taylor| taylor.accuracy.order));
+        fields.put_whole("steps", polynomials().map(|taylor| taylor.pieces.len()));
+        fields.put_whole("orders", polynomials().map(|taylor| taylor.accuracy.order));
         fields.put_flat("tolerances", flat(&|curve| vec![curve.tolerance()]));
         fields.put_flat(
             "clocks",
             flat(&|curve| {
                 vec![
                     curve.time_map.rate,
-                    curve.time_map.curve,
-                    curve.time_map.taylor,
+                    curve.time_map.curve_origin,
+                    curve.time_map.taylor_origin,
                 ]
             }),
         );
-        if taylors().any(|taylor| taylor.tension() != 0.0) {
+        if polynomials().any(|taylor| taylor.tension() != 0.0) {
             fields.put_flat("tensions", flat(&|curve| vec![curve.taylor.tension()]));
         }
-        if taylors().any(|taylor| taylor.quotient() == Quotient::Subspaces) {
+        if polynomials().any(|taylor| taylor.quotient() == Quotient::Subspaces) {
             let is_subspace = |curve: &Self| curve.taylor.quotient() == Quotient::Subspaces;
             fields.put_flat(
                 "subspaces",
@@ -67,7 +67,7 @@ impl StoredPiece for RiemannianCubic {
         }
         fields.put_flat("spans", flat(&|curve| vec![curve.span.0, curve.span.1]));
         let interval = |piece: &TaylorPiece| [piece.lower, piece.upper, piece.center];
-        let intervals = taylors().flat_map(|taylor| taylor.pieces.iter().flat_map(interval));
+        let intervals = polynomials().flat_map(|taylor| taylor.pieces.iter().flat_map(interval));
         fields.put_flat("intervals", intervals.collect());
         fields.put_flat("points", flat(&|curve| curve.taylor.points.clone()));
         fields.put_flat("vectors", flat(&|curve| curve.taylor.vectors.clone()));
@@ -104,7 +104,7 @@ impl StoredPiece for RiemannianCubic {
             let (time_map, span) = (time_map(clocks.some()?)?, span(spans.some()?)?);
             let [tension] = tensions.some()?;
             check_tension(tension)?;
-            let taylor = numbers.taylor(blocks, steps[i], orders[i], [tolerance, tension])?;
+            let taylor = numbers.next_curve(blocks, steps[i], orders[i], [tolerance, tension])?;
             check_taylor(&taylor, interrupt)?;
             curves.push(RiemannianCubic {
                 n,
@@ -197,12 +197,12 @@ fn blocks(n: usize, k: usize, rank: usize, rows: usize, subspace: f64) -> Result
     )))
 }
 
-fn time_map([rate, curve, taylor]: [f64; 3]) -> Result<TimeMap> {
+fn time_map([rate, curve_origin, taylor_origin]: [f64; 3]) -> Result<TimeMap> {
     if rate.is_normal() {
         return Ok(TimeMap {
             rate,
-            curve,
-            taylor,
+            curve_origin,
+            taylor_origin,
         });
     }
     Err(refusal(format!("clocks: {rate} is not a valid rate")))
@@ -224,7 +224,7 @@ const ORDERS: std::ops::RangeInclusive<usize> = 3..=128;
 struct StoredNumbers([Parts; 4]);
 
 impl StoredNumbers {
-    fn taylor(
+    fn next_curve(
         &mut self,
         blocks: Sizes,
         count: usize,

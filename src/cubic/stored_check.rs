@@ -79,7 +79,7 @@ impl Checker<'_> {
         let (r, rows, k) = (self.taylor.r(), self.taylor.rows(), self.taylor.blocks.k);
         let (mut s, mut rate) = (vec![0.0; rows * k], vec![0.0; rows * k]);
         self.taylor
-            .points_of_step(step, t, &mut [&mut s, &mut rate]);
+            .points_of_piece(step, t, &mut [&mut s, &mut rate]);
         let [s, rate] = [&s, &rate].map(|entries| {
             let all = MatRef::from_column_major_slice(entries, rows, k);
             all.subrows(0, r).to_owned()
@@ -109,7 +109,7 @@ impl Checker<'_> {
         let (r, k) = (self.taylor.r(), self.taylor.blocks.k);
         let mut entries: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; r * k]);
         let mut targets = entries.each_mut().map(Vec::as_mut_slice);
-        self.taylor.vectors_of_step(step, t, &mut targets);
+        self.taylor.vectors_of_piece(step, t, &mut targets);
         let factors = [1.0, 1.0, 2.0];
         std::array::from_fn(|i| self.vector(&entries[i], factors[i]))
     }

@@ -55,7 +55,7 @@ pub(crate) fn check_leg_tension(tension: f64, has_frames: bool) -> Result<()> {
 /// c(1) - c(0) - c'(0) = C_2\,c''(0) + S_3\,c'''(0),\qquad c'(1) - c'(0) = S_1\,c''(0) + C_2\,c'''(0)
 /// ```
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct FlatStart {
+pub(crate) struct FlatCoefficients {
     /// Coefficients of `c(1) - c(0) - c'(0)` and of `c'(1) - c'(0)` in `c''(0)` and `c'''(0)`.
     pub(crate) second: [f64; 2],
     pub(crate) third: [f64; 2],
@@ -67,7 +67,7 @@ const SERIES: f64 = 4.0;
 /// Number of terms: the first omitted one is below 1e-18.
 const TERMS: usize = 14;
 
-impl FlatStart {
+impl FlatCoefficients {
     pub(crate) fn new(tension: f64) -> Self {
         let (s1, c2, s3, determinant);
         if tension <= SERIES {
@@ -81,7 +81,7 @@ impl FlatStart {
             s3 = (sinh - theta) / (tension * theta);
             determinant = (2.0 - 2.0 * cosh + theta * sinh) / (tension * tension);
         }
-        FlatStart {
+        FlatCoefficients {
             second: [c2 / determinant, -s3 / determinant],
             third: [-s1 / determinant, c2 / determinant],
         }
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn without_tension_they_are_those_of_a_cubic() {
-        let flat = FlatStart::new(0.0);
+        let flat = FlatCoefficients::new(0.0);
         for (found, wanted) in [(flat.second, [6.0, -2.0]), (flat.third, [-12.0, 6.0])] {
             for (found, wanted) in found.into_iter().zip(wanted) {
                 assert!((found - wanted).abs() < 1e-13, "{found} {wanted}");
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn ends_are_met() {
         for tension in [0.1, 3.999, 4.001, 30.0] {
-            let flat = FlatStart::new(tension);
+            let flat = FlatCoefficients::new(tension);
             let theta = f64::sqrt(tension);
             for ends in [[1.0, 0.0], [0.0, 1.0]] {
                 let by = |row: [f64; 2]| row[0] * ends[0] + row[1] * ends[1];

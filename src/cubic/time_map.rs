@@ -1,17 +1,17 @@
 //! The affine map from the time of a curve to the time of its Taylor polynomials.
 //!
-//! They are computed in the natural time of its data, in which velocity, acceleration and jerk are at most about one,
-//! so that very slow and very fast data neither underflow nor overflow. Reparametrisation is free and exact.
+//! The polynomials are computed in the natural time of the data, in which velocity, acceleration and jerk are at most
+//! about one, so that very slow and very fast data neither underflow nor overflow. Reparametrisation is free and exact.
 
 use crate::error::{Error, Result};
 
-/// `Taylor time = taylor + rate (t - curve)`.
+/// `t_taylor = taylor_origin + rate (t - curve_origin)`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TimeMap {
     pub(super) rate: f64,
     /// A time of the curve, and the corresponding time of the polynomials.
-    pub(super) curve: f64,
-    pub(super) taylor: f64,
+    pub(super) curve_origin: f64,
+    pub(super) taylor_origin: f64,
 }
 
 impl TimeMap {
@@ -19,15 +19,15 @@ impl TimeMap {
     pub(super) fn new(rate: f64) -> Self {
         TimeMap {
             rate,
-            curve: 0.0,
-            taylor: 0.0,
+            curve_origin: 0.0,
+            taylor_origin: 0.0,
         }
     }
 
     /// The time of the polynomials; finite for every finite `t`.
     #[inline(always)]
     pub(super) fn taylor_time(&self, t: f64) -> f64 {
-        (self.taylor + self.rate * (t - self.curve)).clamp(f64::MIN, f64::MAX)
+        (self.taylor_origin + self.rate * (t - self.curve_origin)).clamp(f64::MIN, f64::MAX)
     }
 
     /// Whether both run in the same direction.
@@ -49,7 +49,7 @@ impl TimeMap {
         (length / self.rate.abs()).min(f64::MAX)
     }
 
-    /// The time_map after the curve's interval `from` has become `to`.
+    /// The map after the curve's interval `from` has become `to`.
     ///
     /// # Errors
     /// `InvalidArgument` if the ratio of the lengths is not a normal number.
@@ -65,17 +65,17 @@ impl TimeMap {
         }
         Ok(TimeMap {
             rate,
-            curve: to.0,
-            taylor: self.taylor_time(from.0),
+            curve_origin: to.0,
+            taylor_origin: self.taylor_time(from.0),
         })
     }
 
-    /// The time_map of the curve reversed over the same interval.
+    /// The map of the curve reversed over the same interval.
     pub(super) fn reversed(&self, span: (f64, f64)) -> Self {
         TimeMap {
             rate: -self.rate,
-            curve: span.0,
-            taylor: self.taylor_time(span.1),
+            curve_origin: span.0,
+            taylor_origin: self.taylor_time(span.1),
         }
     }
 }

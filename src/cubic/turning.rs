@@ -72,7 +72,7 @@ pub(crate) fn bracket(s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>
 }
 
 /// A name for errors, a point or tangent vector, and its variation.
-type TurnedPoint<'a> = (&'static str, MatRef<'a, f64>, MatRef<'a, f64>);
+type NamedVariation<'a> = (&'static str, MatRef<'a, f64>, MatRef<'a, f64>);
 
 /// Check the variations of a point and of tangent vectors there: shapes, finite entries, and that `S^T dS` and `S^T
 /// dY + dS^T Y` are skew, or zero for subspaces.
@@ -81,8 +81,8 @@ type TurnedPoint<'a> = (&'static str, MatRef<'a, f64>, MatRef<'a, f64>);
 /// `Shape`, `NonFinite`, `NotTangent`.
 pub(crate) fn check_variation(
     quotient: Quotient,
-    (name, s, ds): TurnedPoint<'_>,
-    vectors: &[TurnedPoint<'_>],
+    (name, s, ds): NamedVariation<'_>,
+    vectors: &[NamedVariation<'_>],
 ) -> Result<()> {
     check_vector(quotient, name, s, ds)?;
     for &(name, y, dy) in vectors {

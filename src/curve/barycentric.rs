@@ -11,8 +11,9 @@
 //! polynomials lose a factor of 10 (measured with 20 nodes).
 //!
 //! # Source
-//! Berrut, Trefethen (2004), "Barycentric Lagrange interpolation", SIAM Review 46, 501-517, eq. (4.2); Wang, Xiang (2012), "On the
-//! convergence rates of Legendre approximation", Math. Comp. 81, 861-877 (weights of Gauss nodes; those with the ends follow).
+//! Berrut, Trefethen (2004), "Barycentric Lagrange interpolation", SIAM Review 46, 501-517, eq. (4.2); Wang, Xiang
+//! (2012), "On the convergence rates of Legendre approximation", Math. Comp. 81, 861-877 (weights of Gauss nodes; those
+//! with the ends follow).
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};

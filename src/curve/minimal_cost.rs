@@ -48,9 +48,9 @@ const RESOLVED: [f64; 2] = [1e-9, 1e-8];
 /// Above this degree, the minimum differs from the cubic only by round-off.
 const MAX_DEGREE: usize = 10;
 
-/// Maximal work, in multiplications of a difference quotient at one time for all unknowns. At distance and speeds of 1, St(12,10)
-/// takes 6.4 s in degree 7 (6.6e6) and 10.5 s in degree 8 (1.09e7), St(14,12) 35 s in degree 10 (5.7e7); with harder data, which
-/// take more steps, more than 100 s.
+/// Maximal work, in multiplications of a difference quotient at one time for all unknowns. At distance and speeds of 1,
+/// St(12,10) takes 6.4 s in degree 7 (6.6e6) and 10.5 s in degree 8 (1.09e7), St(14,12) 35 s in degree 10 (5.7e7); with
+/// harder data, which take more steps, more than 100 s.
 const MAX_WORK: f64 = 1.1e7;
 
 impl GeometricPolynomial {
@@ -69,7 +69,8 @@ impl GeometricPolynomial {
     ///
     /// [`RiemannianCubic::from_boundary`]: crate::cubic::RiemannianCubic::from_boundary
     ///
-    /// Searches that would take minutes are refused by their work for degree `m`, which is at most `1.1e7`: with `r = min(n, 4k)`
+    /// Searches that would take minutes are refused by their work for degree `m`, which is at most `1.1e7`: with `r =
+    /// min(n, 4k)`
     ///
     /// ```math
     /// \tfrac12 (m - 3)\, m\, (m - 1)\, r\, k^2 \dim \mathrm{St}(r, k)

@@ -52,8 +52,8 @@ use crate::space::Quotient;
 /// The bases are computed when the curve is built; afterwards, evaluating a point means evaluating a polynomial of
 /// degree 21.
 /// # Source
-/// Park, Ravani (1995); Qiu, Zhang, Li (2005), "Unitarily invariant metrics on the Grassmann space", SIAM J. Matrix Anal. Appl. 27,
-/// 507-531 (the largest principal angle as a distance).
+/// Park, Ravani (1995); Qiu, Zhang, Li (2005), "Unitarily invariant metrics on the Grassmann space", SIAM J. Matrix
+/// Anal. Appl. 27, 507-531 (the largest principal angle as a distance).
 ///
 /// # Examples
 /// ```

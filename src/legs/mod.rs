@@ -1,7 +1,7 @@
 //! Chains of legs between knots: the data shared by all solvers of a chain of Riemannian cubics.
 //!
-//! The derivatives of a leg are `x'` (the covariant acceleration) and `x''` (the third vector) at its start, in the time of the
-//! leg.
+//! The start derivatives of a leg are `x'` (the covariant acceleration) and `x''` (the third vector) at its start, in
+//! the time of the leg.
 
 mod dense;
 mod knots;

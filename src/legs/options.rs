@@ -49,8 +49,8 @@ impl Progress {
         }
     }
 
-    /// Records a residual, for a chain with the largest acceleration or third vector `derivative`; returns the target of the
-    /// residual.
+    /// Records a residual, for a chain whose largest acceleration or third vector has the size `derivative`; returns
+    /// the target of the residual.
     pub(crate) fn set(&mut self, residual: f64, derivative: f64, tolerance: f64) -> f64 {
         // Infinite if it is not a number.
         self.residual = if residual.is_nan() {

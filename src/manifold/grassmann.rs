@@ -121,7 +121,8 @@ impl Grassmann {
         self.along(name, y, v, tolerance).map(drop)
     }
 
-    /// The point whose basis is nearest to `y` in the Frobenius norm, the polar factor of `y` (shape `(n, k)`): its column space.
+    /// The point whose basis is nearest to `y` in the Frobenius norm, the polar factor of `y` (shape `(n, k)`): its
+    /// column space.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `RankDeficient`.

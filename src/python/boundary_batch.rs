@@ -130,14 +130,14 @@ pub fn solve_boundary<'py>(
 }
 
 /// A solution, or the residual if the problem was not solved.
-type FoundBatch = std::result::Result<BoundarySolution, f64>;
+type FoundMember = std::result::Result<BoundarySolution, f64>;
 
 /// Acceleration, jerk, cost, whether the problem is solved, and residual.
 type BatchFields = (Array, Array, Array, Vec<bool>, Array);
 
 /// The fields of all solutions; NaN for problems that were not solved.
 fn fields(
-    found: &[FoundBatch],
+    found: &[FoundMember],
     field: Field,
     lead: &[usize],
     (n, k): (usize, usize),
@@ -152,7 +152,7 @@ fn fields(
         let shape = [lead, &[n, k]].concat();
         Array { shape, entries }
     };
-    let numbers = |number: &dyn Fn(&FoundBatch) -> f64| Array {
+    let numbers = |number: &dyn Fn(&FoundMember) -> f64| Array {
         shape: lead.to_vec(),
         entries: found.iter().map(number).collect(),
     };
@@ -169,7 +169,7 @@ fn fields(
         acceleration,
         jerk,
         cost,
-        found.iter().map(FoundBatch::is_ok).collect(),
+        found.iter().map(FoundMember::is_ok).collect(),
         residual,
     )
 }
@@ -185,7 +185,7 @@ fn solutions(
     quotient: Quotient,
     field: Field,
     options: &BoundaryOptions<'_>,
-) -> Result<std::result::Result<Vec<FoundBatch>, Failure>> {
+) -> Result<std::result::Result<Vec<FoundMember>, Failure>> {
     let problem = |i: usize| batches.each_ref().map(|batch| batch.get(i));
     let problems: Vec<_> = (0..batches[0].len()).map(problem).collect();
     for (i, problem) in problems.iter().enumerate() {

@@ -24,8 +24,8 @@ impl PyStiefel {
         retraction: Retraction,
         map: Map,
     ) -> PyResult<Numbers> {
-        // Only with this order of columns is the triangular factor of a complex matrix embedded as a triangular matrix. The other
-        // retractions commute with all orthogonal transformations of the columns.
+        // Only with this order of columns is the triangular factor of a complex matrix embedded as a triangular matrix.
+        // The other retractions commute with all orthogonal transformations of the columns.
         let paired = self.field == Field::Complex && retraction == Retraction::Qr;
         self.map_matrices(objects, move |_, [s, other]| match paired {
             false => map(retraction, s, other),

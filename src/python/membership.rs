@@ -32,7 +32,7 @@ pub(super) fn role(name: &'static str) -> (Role, &'static str) {
 }
 
 /// The exception for an error of a member of a batch with the given leading axes.
-type PointPlace = fn(&Error, usize, &[usize]) -> PyErr;
+type MemberError = fn(&Error, usize, &[usize]) -> PyErr;
 
 /// Least number of members in a task of the thread pool.
 const TOGETHER: usize = 64;
@@ -51,7 +51,7 @@ pub(super) fn on_manifold<const N: usize>(
     batches: [Batch; N],
     quotient: Quotient,
     projection: Projection,
-    place: PointPlace,
+    place: MemberError,
 ) -> PyResult<[Batch; N]> {
     if batches
         .iter()
@@ -184,7 +184,7 @@ impl Batch {
     }
 }
 
-/// [`PointPlace`] of the points at knots.
+/// [`MemberError`] of the points at knots.
 pub(super) fn at_knot_of(error: &Error, knot: usize, _: &[usize]) -> PyErr {
     Error::AtKnot {
         knot,

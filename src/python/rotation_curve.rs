@@ -59,12 +59,12 @@ pub struct PyRotationCurve {
     #[pyo3(get)]
     t: Owned,
     /// Data that it was solved from; `None` if made from an existing curve.
-    given: Option<SolvedData>,
+    given: Option<SolveInput>,
     curve: PyOnceLock<Py<PyAny>>,
 }
 
 /// Data and options of a solve.
-struct SolvedData {
+struct SolveInput {
     quaternions: Owned,
     /// As given, and for matrices.
     bc_type: Py<PyAny>,
@@ -214,7 +214,7 @@ impl PyRotationCurve {
         for member in 0..members {
             let ends = ends(py, &bc_type, &rotations[member * knots..][..knots])?;
             let quaternions = entries[4 * knots * member..][..4 * knots].to_vec();
-            given.push(SolvedData::new(py, quaternions, &bc_type, ends.given, how)?);
+            given.push(SolveInput::new(py, quaternions, &bc_type, ends.given, how)?);
             conditions.push(ends.conditions);
         }
         let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?.distributed(true);
@@ -358,7 +358,7 @@ impl PyRotationCurve {
         let GivenEnds { given, conditions } = ends(py, bc_type, &rotations)?;
         let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?
             .distributed(rotations.len() > ON_ONE_THREAD);
-        let given = SolvedData::new(py, entries, bc_type, given, how)?;
+        let given = SolveInput::new(py, entries, bc_type, given, how)?;
         let spline = call.run(move |interrupt| {
             let options = how.options(interrupt);
             RotationSpline::with_conditions(&t, &rotations, &conditions, &options)
@@ -369,7 +369,7 @@ impl PyRotationCurve {
     fn of(
         py: Python<'_>,
         spline: RotationSpline,
-        given: Option<SolvedData>,
+        given: Option<SolveInput>,
         curve: PyOnceLock<Py<PyAny>>,
     ) -> PyResult<Self> {
         Ok(PyRotationCurve {
@@ -423,7 +423,7 @@ impl PyRotationCurve {
     }
 }
 
-impl SolvedData {
+impl SolveInput {
     fn new(
         py: Python<'_>,
         quaternions: Vec<f64>,
@@ -440,7 +440,7 @@ impl SolvedData {
             shape,
             entries: quaternions,
         };
-        Ok(SolvedData {
+        Ok(SolveInput {
             quaternions: array.frozen(py)?,
             bc_type,
             bc_type_of_frames,

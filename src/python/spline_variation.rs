@@ -14,7 +14,7 @@ use crate::spline::{
 };
 
 /// A spline of Riemannian cubics with its end conditions.
-struct VariedSpline {
+struct SplineWithEnds {
     curve: Arc<Piecewise<RiemannianCubic>>,
     ends: EndConditions,
     field: Field,
@@ -24,7 +24,7 @@ struct VariedSpline {
 /// `(GS, Gt, Gbc)`.
 type Gradient = (Numbers, Numbers, (Option<Numbers>, Option<Numbers>));
 
-impl VariedSpline {
+impl SplineWithEnds {
     fn of(slf: &Bound<'_, PyCubicSpline>) -> PyResult<Self> {
         let py = slf.py();
         let Cubics::Riemannian(curve) = &slf.as_super().get().cubics else {
@@ -44,7 +44,7 @@ impl VariedSpline {
             }
         };
         let derivative = slf.get().derivative.clone();
-        Ok(VariedSpline {
+        Ok(SplineWithEnds {
             curve,
             ends,
             field,
@@ -93,7 +93,7 @@ fn in_terms_of_curve(
 }
 
 /// Variations of the vectors in the end conditions: the given ones, zero for others.
-fn end_changes(spline: &VariedSpline, dbc: Option<&Any>) -> PyResult<[Option<Mat<f64>>; 2]> {
+fn end_changes(spline: &SplineWithEnds, dbc: Option<&Any>) -> PyResult<[Option<Mat<f64>>; 2]> {
     let given = match dbc {
         None => [None, None],
         Some(items) => {
@@ -189,7 +189,7 @@ impl PyCubicSpline {
         dt: Option<&Any>,
         dbc: Option<&Any>,
     ) -> PyResult<Numbers> {
-        let spline = VariedSpline::of(slf)?;
+        let spline = SplineWithEnds::of(slf)?;
         let times = read(t, "t")?;
         let field = spline.field;
         let points = field.batch(dS, "dS", "(N, n, k)")?;
@@ -244,7 +244,7 @@ impl PyCubicSpline {
     /// ``sum(W * point_variation(t, dS, dt, dbc))`` equals the sum of the products of the gradients with the
     /// variations. Solves one linear system, whatever the number of times.
     fn point_pullback(slf: &Bound<'_, Self>, t: &Any, W: &Any) -> PyResult<Gradient> {
-        let spline = VariedSpline::of(slf)?;
+        let spline = SplineWithEnds::of(slf)?;
         let (field, shape) = (spline.field, spline.shape());
         let data = Cotangents::read(t, W, shape, field)?;
         let found = spline.run(slf.py(), data.times.len(), move |spline, interrupt| {
@@ -280,7 +280,7 @@ impl PyCubicSpline {
     /// -----
     /// Uses the first variation of the cost; an equation has to be solved only if ``bc_type`` gives an acceleration.
     fn cost_gradient(slf: &Bound<'_, Self>) -> PyResult<Gradient> {
-        let spline = VariedSpline::of(slf)?;
+        let spline = SplineWithEnds::of(slf)?;
         let (field, shape) = (spline.field, spline.shape());
         let found = spline.run(slf.py(), 0, |spline, interrupt| {
             spline.curve.cost_gradient(&spline.ends, interrupt)

@@ -1,8 +1,8 @@
 //! Block tridiagonal systems, plain or cyclic, in time linear in the number of blocks.
 //!
 //! # Source
-//! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.5.1 (block LU factorisation); the cyclic system by elimination
-//! of its last block.
+//! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.5.1 (block LU factorisation); the cyclic system by
+//! elimination of its last block.
 
 /// Square blocks of one size, by rows: row `i` has blocks for the unknowns `i - 1`, `i` and `i + 1`.
 ///

@@ -200,7 +200,8 @@ mod tests {
     use crate::cubic::IntegrationOptions;
     use crate::linalg::complex_embedding::embed;
 
-    /// The curve on complex St(2, 1) with a given velocity at the first unit vector, embedded; and one that leaves these frames.
+    /// The curve on complex St(2, 1) with a given velocity at the first unit vector, embedded; and one that leaves
+    /// these frames.
     #[test]
     fn pieces_that_leave_the_complex_frames_are_refused() {
         let complex =

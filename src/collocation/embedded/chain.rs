@@ -90,7 +90,7 @@ impl EmbeddedChain<'_> {
         near: Option<&Near<'_>>,
         options: &Options<'_>,
     ) -> Result<(SolverReport, SolvedChain)> {
-        let mut iteration = MixedIteration::new(self)?;
+        let mut iteration = EmbeddedIteration::new(self)?;
         let mut progress = Progress::new(options.tolerance);
         let may_begin = match near {
             Some(near) => iteration.start_near(near, options)?,
@@ -122,15 +122,15 @@ impl EmbeddedChain<'_> {
 
 /// A leg, and the change of its last sweep.
 #[derive(Clone)]
-struct ChainLink {
+struct SweptLeg {
     leg: ClampedLeg,
     change: f64,
 }
 
 /// The state of the iteration.
-struct MixedIteration<'c> {
+struct EmbeddedIteration<'c> {
     chain: &'c EmbeddedChain<'c>,
-    links: Vec<ChainLink>,
+    links: Vec<SweptLeg>,
     /// Point and velocity at each knot, shape `(n, 2k)`.
     pairs: Vec<Mat<f64>>,
     velocities: Vec<f64>,
@@ -143,13 +143,13 @@ struct MixedIteration<'c> {
     scratch: ClampedScratch,
 }
 
-impl<'c> MixedIteration<'c> {
+impl<'c> EmbeddedIteration<'c> {
     /// At rest, except for given velocities.
     fn new(chain: &'c EmbeddedChain<'c>) -> Result<Self> {
         let ((n, k), EmbeddedChain { kind, knots, .. }) = (chain.shape(), chain);
         let r = if chain.is_direct() { n } else { LEVELS * k };
         let few = Clamped::few();
-        let link = |h: &f64| ChainLink {
+        let link = |h: &f64| SweptLeg {
             leg: ClampedLeg::new([r, k], *kind, knots.tension * h * h, &few),
             change: f64::INFINITY,
         };
@@ -158,7 +158,7 @@ impl<'c> MixedIteration<'c> {
             pair.as_mut().subcols_mut(0, k).copy_from(point);
             pair
         };
-        let mut iteration = MixedIteration {
+        let mut iteration = EmbeddedIteration {
             links: knots.lengths.iter().map(link).collect(),
             pairs: chain.points.iter().map(pair).collect(),
             velocities: at_rest(chain),
@@ -169,7 +169,7 @@ impl<'c> MixedIteration<'c> {
             chain,
         };
         if chain.kind.quotient == Quotient::Subspaces {
-            for (ChainLink { leg, .. }, points) in
+            for (SweptLeg { leg, .. }, points) in
                 iteration.links.iter_mut().zip(chain.points.windows(2))
             {
                 leg.set_turn(alignment(points[0].as_ref(), points[1].as_ref())?.as_ref());
@@ -196,7 +196,7 @@ impl<'c> MixedIteration<'c> {
         if !self.refine(|leg| nodes(COARSE, leg.largest_speed(), MOST + 1)) {
             return Ok(false);
         }
-        for (i, ChainLink { leg, .. }) in self.links.iter_mut().enumerate() {
+        for (i, SweptLeg { leg, .. }) in self.links.iter_mut().enumerate() {
             let is_direct = self.chain.is_direct();
             if !is_direct && self.chain.kind.quotient == Quotient::Frames {
                 continue;
@@ -251,7 +251,7 @@ impl<'c> MixedIteration<'c> {
 
     /// Takes legs to more nodes; `false` if there are not so many.
     fn refine(&mut self, count: impl Fn(&ClampedLeg) -> usize + Sync) -> bool {
-        for ChainLink { leg, .. } in &mut self.links {
+        for SweptLeg { leg, .. } in &mut self.links {
             match Clamped::at_least(count(leg)) {
                 Some(finer) if finer.count() > leg.nodes.count() => *leg = leg.on_nodes(&finer),
                 Some(_) => {}
@@ -367,7 +367,7 @@ impl<'c> MixedIteration<'c> {
         }
         let (pairs, lengths) = (&self.pairs, chain.knots.lengths);
         if chain.is_direct() {
-            for (i, ChainLink { leg, .. }) in self.links.iter_mut().enumerate() {
+            for (i, SweptLeg { leg, .. }) in self.links.iter_mut().enumerate() {
                 let data = [(i, 0), (i, k), (i + 1, 0), (i + 1, k)].map(|(knot, first)| {
                     let factor = if first == 0 { 1.0 } else { lengths[i] };
                     let columns = pairs[knot].as_ref().subcols(first, leg.equation.stored());
@@ -378,7 +378,7 @@ impl<'c> MixedIteration<'c> {
             }
             return;
         }
-        each::<Four, _, _>(&mut self.links, &mut (), |(), i, ChainLink { leg, .. }| {
+        each::<Four, _, _>(&mut self.links, &mut (), |(), i, SweptLeg { leg, .. }| {
             leg.set_gram([&pairs[i], &pairs[i + 1]], lengths[i]);
         });
     }

@@ -13,9 +13,9 @@ const NODES: [f64; 2] = [12.0, 2.2];
 pub(crate) const MOST: usize = 48;
 
 /// Largest Legendre coefficient of the last two degrees of the squared entries of frames, which turn about as fast as
-/// variations do: with those below 3e-11, variations of points were as accurate as with 64 nodes, on rest-to-rest curves
-/// and others whose speed varies on St(3,1), St(3,2), SO(3), St(4,2) and Gr(4,2). A bound on the velocity alone leaves errors up
-/// to 7e-9 on such curves.
+/// variations do: with those below 3e-11, variations of points were as accurate as with 64 nodes, on rest-to-rest
+/// curves and others whose speed varies on St(3,1), St(3,2), SO(3), St(4,2) and Gr(4,2). A bound on the velocity alone
+/// leaves errors up to 7e-9 on such curves.
 const TAIL: f64 = 1e-12;
 
 /// The nodes with which to begin for a curve with the given largest velocity; `None` if it is too fast.

@@ -6,8 +6,9 @@
 //! left, until that is round-off.
 //!
 //! # Source
-//! Saad, Schultz (1986), "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems", SIAM J. Sci.
-//! Stat. Comput. 7, 856-869; Kelley, Xue (1996), "GMRES and integral operators", SIAM J. Sci. Comput. 17, 217-226.
+//! Saad, Schultz (1986), "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems",
+//! SIAM J. Sci. Stat. Comput. 7, 856-869; Kelley, Xue (1996), "GMRES and integral operators", SIAM J. Sci. Comput. 17,
+//! 217-226.
 
 use std::sync::Arc;
 

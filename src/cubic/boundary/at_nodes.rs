@@ -10,7 +10,7 @@ use crate::collocation::{
     BoundaryData, BoundaryLimits, BoundaryStart, SolvedLeg, solve_between_ends,
 };
 use crate::cubic::taylor::initial::{Horizontal, complete_relative};
-use crate::cubic::taylor::leg_taylor::leg_taylor;
+use crate::cubic::taylor::leg_curve::leg_curve;
 use crate::cubic::taylor::packing::pack;
 use crate::cubic::taylor::work::of_products;
 use crate::error::Result;
@@ -76,7 +76,7 @@ impl Solver<'_> {
         let start = derivatives.concat();
         if let Some(curve) = curve {
             let (blocks, tension) = (problem.blocks(), problem.target.tension);
-            let taylor = leg_taylor(&curve, 0, Some(&problem.g), blocks, problem.k, tension);
+            let taylor = leg_curve(&curve, 0, Some(&problem.g), blocks, problem.k, tension);
             if let Some(found) = self.accepted(&start, taylor) {
                 return Ok(Some(found));
             }

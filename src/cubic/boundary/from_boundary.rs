@@ -17,16 +17,16 @@ impl RiemannianCubic {
     /// The Riemannian cubic on `[0, 1]` with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`,
     /// and the [tension](BoundaryOptions::tension) of the options.
     ///
-    /// Cubics with given ends are stationary, but not unique. Up to displacement and speeds of 2, Newton's method starts
-    /// from the cubic of flat space, at Gauss nodes or, in up to three dimensions and for fast curves, by shooting; from a
-    /// guess it starts at any distance. If it fails, and for other data, a chain of cubics descends to a local minimum of
-    /// the cost from several starts: a curve that rolls from one velocity to the other; for end speeds up to 16 also the cubic of flat space; and the de Casteljau
-    /// curve if more than one quasi-geodesic joins the points. The solution of least cost is returned. If descents
-    /// would exceed the work limit (dimensions from 57 on, such as St(15,5), SO(12) and complex St(10,4)), the solution
-    /// from the cubic of flat space is returned; it need not be the one of least cost. `docs/boundary_cost.md` compares
-    /// the costs of solutions. [`boundary_report`](Self::boundary_report) says how the solution was found,
-    /// [`cost`](crate::Curve::cost) gives its cost, and [`all_from_boundary`](Self::all_from_boundary) looks for
-    /// others.
+    /// Cubics with given ends are stationary, but not unique. Up to displacement and speeds of 2, Newton's method
+    /// starts from the cubic of flat space, at Gauss nodes or, in up to three dimensions and for fast curves, by
+    /// shooting; from a guess it starts at any distance. If it fails, and for other data, a chain of cubics descends to
+    /// a local minimum of the cost from several starts: a curve that rolls from one velocity to the other; for end
+    /// speeds up to 16 also the cubic of flat space; and the de Casteljau curve if more than one quasi-geodesic joins
+    /// the points. The solution of least cost is returned. If descents would exceed the work limit (dimensions from 57
+    /// on, such as St(15,5), SO(12) and complex St(10,4)), the solution from the cubic of flat space is returned; it
+    /// need not be the one of least cost. `docs/boundary_cost.md` compares the costs of solutions.
+    /// [`boundary_report`](Self::boundary_report) says how the solution was found, [`cost`](crate::Curve::cost) gives
+    /// its cost, and [`all_from_boundary`](Self::all_from_boundary) looks for others.
     ///
     /// Points and velocities that are orthonormal and tangent only to 1e-9, such as rounded decimals, are replaced by
     /// the nearest exact ones.

@@ -5,14 +5,14 @@
 //! ```
 //!
 //! with `Delta` the initial velocity of the quasi-geodesic and `PT(V) = e^{-X} V e^{-Omega}`. It is exact in flat
-//! space. In tension the coefficients are those of [`FlatStart`].
+//! space. In tension the coefficients are those of [`FlatCoefficients`].
 
 use std::f64::consts::TAU;
 
 use faer::{Mat, MatRef, Scale};
 
 use crate::cubic::taylor::initial::Horizontal;
-use crate::cubic::tension::FlatStart;
+use crate::cubic::tension::FlatCoefficients;
 use crate::error::{Error, Result};
 use crate::linalg::decomp::Svd;
 use crate::linalg::structure::identity_columns;
@@ -172,7 +172,7 @@ impl FlatData {
     }
 
     /// `x'` and `x''` at the start, from the velocity there.
-    pub(crate) fn start(&self, velocity: &Horizontal, flat: &FlatStart) -> [Horizontal; 2] {
+    pub(crate) fn start(&self, velocity: &Horizontal, flat: &FlatCoefficients) -> [Horizontal; 2] {
         let part = |pick: fn(&Horizontal) -> &Mat<f64>| {
             let [delta, v0, v1] = [&self.displacement, velocity, &self.end_velocity].map(pick);
             [flat.second, flat.third].map(|[by_point, by_velocity]| {

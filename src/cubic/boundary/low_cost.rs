@@ -55,7 +55,7 @@ const SHORT: f64 = 0.6;
 
 /// The curve along which a descent starts.
 #[derive(Clone, Copy)]
-enum CubicStart {
+enum StartCurve {
     /// The rolling curve.
     Rolling,
     /// The cubic of flat space. Without it, 6 of 332 hard problems cost 1.05 to 1.33 times as much.
@@ -68,11 +68,11 @@ enum CubicStart {
     RollingFinely,
 }
 
-const STARTS: [CubicStart; 4] = [
-    CubicStart::Rolling,
-    CubicStart::Flat,
-    CubicStart::Geometric,
-    CubicStart::RollingFinely,
+const STARTS: [StartCurve; 4] = [
+    StartCurve::Rolling,
+    StartCurve::Flat,
+    StartCurve::Geometric,
+    StartCurve::RollingFinely,
 ];
 
 /// The result of a descent.
@@ -136,10 +136,10 @@ impl Solver<'_> {
         for start in STARTS {
             let known = least_cost_of(&ends);
             let is_wanted = match start {
-                CubicStart::Rolling => true,
-                CubicStart::Flat => !is_unique || self.problem.speed() <= FAST,
-                CubicStart::Geometric => !is_unique,
-                CubicStart::RollingFinely => !has_rolled,
+                StartCurve::Rolling => true,
+                StartCurve::Flat => !is_unique || self.problem.speed() <= FAST,
+                StartCurve::Geometric => !is_unique,
+                StartCurve::RollingFinely => !has_rolled,
             };
             if !is_wanted {
                 continue;
@@ -152,7 +152,7 @@ impl Solver<'_> {
                 true => (LATER_STEPS, SLACK * known, reserve),
             };
             let end = self.descend(curve.chain_knots(), (limits, &ends), TOLERANCE)?;
-            if matches!(start, CubicStart::Rolling) {
+            if matches!(start, StartCurve::Rolling) {
                 is_unique = curve.is_unique();
                 has_rolled = end.as_ref().is_some_and(|end| end.is_at_rest);
             }
@@ -177,19 +177,19 @@ impl Solver<'_> {
     }
 
     /// `None` if the curve does not exist.
-    fn start(&self, start: CubicStart) -> Result<Option<DescentStart>> {
+    fn start(&self, start: StartCurve) -> Result<Option<DescentStart>> {
         let problem = self.problem;
         let ends = problem.relative_ends();
         let curve = match start {
-            CubicStart::Rolling => DescentStart::rolling(problem.kind(), ends, LONGEST_LEG, LEGS),
-            CubicStart::RollingFinely => {
+            StartCurve::Rolling => DescentStart::rolling(problem.kind(), ends, LONGEST_LEG, LEGS),
+            StartCurve::RollingFinely => {
                 DescentStart::rolling(problem.kind(), ends, SHORT * LONGEST_LEG, LEGS)
             }
-            CubicStart::Flat => match problem.flat()? {
+            StartCurve::Flat => match problem.flat()? {
                 Some(flat) => DescentStart::along_flat(self.problem.kind(), ends, &flat),
                 None => return Ok(None),
             },
-            CubicStart::Geometric => DescentStart::along_geometric(problem),
+            StartCurve::Geometric => DescentStart::along_geometric(problem),
         };
         unless_interrupted(curve)
     }

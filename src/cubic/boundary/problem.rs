@@ -15,7 +15,7 @@ use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::packing::{pack, unpack};
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::taylor::state::State;
-use crate::cubic::tension::FlatStart;
+use crate::cubic::tension::FlatCoefficients;
 use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -146,7 +146,7 @@ impl BoundaryProblem {
 
     /// `(x', x'')` of the cubic of flat space with the given displacement and end velocity.
     pub(crate) fn start_of(&self, flat: &FlatData) -> Vec<f64> {
-        let start = flat.start(&self.velocity, &FlatStart::new(self.target.tension));
+        let start = flat.start(&self.velocity, &FlatCoefficients::new(self.target.tension));
         pack(self.blocks(), &start)
     }
 
@@ -209,7 +209,11 @@ impl BoundaryProblem {
     ///
     /// # Errors
     /// `TooManySteps`, `Overflow`, `Interrupted`.
-    pub(crate) fn taylor(&self, y: &[f64], interrupt: Interrupt<'_>) -> Result<PiecewiseTaylor> {
+    pub(crate) fn integrated(
+        &self,
+        y: &[f64],
+        interrupt: Interrupt<'_>,
+    ) -> Result<PiecewiseTaylor> {
         let [a, second] = unpack(y, self.blocks());
         let state = State::new(&self.g, [&self.velocity, &a, &second]);
         let mut taylor = PiecewiseTaylor::at(state.in_tension(self.target.tension), Accuracy::FULL);

@@ -87,8 +87,8 @@ impl RiemannianCubic {
     /// start as in [`from_boundary`](Self::from_boundary), and from the cubics of flat space with one or two additional
     /// full turns in one principal direction, or in a plane in which the columns rotate. Families of boundary data
     /// connect the curves of the cubics with one additional turn to the given data; every solution they pass is
-    /// returned. `docs/development/rejected_alternatives.md` lists what each of these finds that the others miss. Other solutions may
-    /// exist: on the sphere there are infinitely many.
+    /// returned. `docs/development/rejected_alternatives.md` lists what each of these finds that the others miss. Other
+    /// solutions may exist: on the sphere there are infinitely many.
     ///
     /// # Errors
     /// The errors of [`from_boundary`](Self::from_boundary); `NoConvergence` if no solution is found.
@@ -119,7 +119,7 @@ impl RiemannianCubic {
         };
         let mut solver = Solver::new(&problem, &options.boundary);
         solver.map.work().allow(SEARCH_WORK);
-        let mut found = FoundCubic::new(options.distinct);
+        let mut found = DistinctSolutions::new(options.distinct);
         search(&problem, &mut solver, &start, options, &mut found)?;
         if found.solutions.is_empty() {
             let report = solver.report(BoundaryStrategy::Moving).solver;
@@ -130,7 +130,7 @@ impl RiemannianCubic {
         }
         let mut ranked = Vec::new();
         for (y, report) in found.solutions {
-            let taylor = problem.taylor(&y, options.boundary.interrupt)?;
+            let taylor = problem.integrated(&y, options.boundary.interrupt)?;
             let frame = problem.frame.clone();
             let curve = Self::of_taylor(
                 problem.n,
@@ -147,15 +147,15 @@ impl RiemannianCubic {
 }
 
 /// Distinct solutions found so far: `(x', x'')` at the start, and associated data.
-pub(crate) struct FoundCubic<T> {
+pub(crate) struct DistinctSolutions<T> {
     pub(crate) solutions: Vec<(Vec<f64>, T)>,
     distinct: f64,
 }
 
-impl<T> FoundCubic<T> {
+impl<T> DistinctSolutions<T> {
     /// An empty set; solutions that differ by at most `distinct` count as one.
     pub(crate) fn new(distinct: f64) -> Self {
-        FoundCubic {
+        DistinctSolutions {
             solutions: Vec::new(),
             distinct,
         }
@@ -177,7 +177,7 @@ fn search(
     solver: &mut Solver<'_>,
     start: &[f64],
     options: &SearchOptions<'_>,
-    found: &mut FoundCubic<BoundaryReport>,
+    found: &mut DistinctSolutions<BoundaryReport>,
 ) -> Result<()> {
     if let Some(solution) = solver.restarted(start, None)? {
         found.add((solution.start, solver.report(BoundaryStrategy::Direct)));
@@ -227,7 +227,7 @@ fn follow(
     homotopy: &Homotopy,
     from: &[f64],
     size: f64,
-    found: &mut FoundCubic<BoundaryReport>,
+    found: &mut DistinctSolutions<BoundaryReport>,
 ) -> Result<()> {
     let mut passed = Vec::new();
     solver.follow(homotopy, from, size, MAX_STEPS, |y| {

@@ -32,7 +32,7 @@ impl SolvedStart {
     /// The curve, in the coordinates of the span.
     ///
     /// # Errors
-    /// As [`BoundaryProblem::taylor`].
+    /// As [`BoundaryProblem::integrated`].
     pub(crate) fn into_taylor(
         self,
         problem: &BoundaryProblem,
@@ -40,7 +40,7 @@ impl SolvedStart {
     ) -> Result<PiecewiseTaylor> {
         match self.taylor {
             Some(taylor) => Ok(taylor),
-            None => problem.taylor(&self.start, interrupt),
+            None => problem.integrated(&self.start, interrupt),
         }
     }
 }

@@ -188,7 +188,7 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// `Interrupted`.
     pub(crate) fn integrated(&mut self, start: Vec<f64>) -> Result<Option<SolvedStart>> {
-        let taylor = self.problem.taylor(&start, self.options.interrupt);
+        let taylor = self.problem.integrated(&start, self.options.interrupt);
         let Some(taylor) = unless_interrupted(taylor)? else {
             return Ok(None);
         };

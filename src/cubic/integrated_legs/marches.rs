@@ -20,7 +20,7 @@ use crate::space::{Kind, Quotient};
 const ABREAST_WORK: f64 = 4.0;
 
 /// A pass of dual numbers carries `N` directions.
-pub(crate) struct Marches<'a, B, const N: usize> {
+pub(crate) struct IntegratedLegs<'a, B, const N: usize> {
     plain: TaylorMarch<f64, B>,
     abreast: Option<TaylorMarch<Lanes, B>>,
     several: Option<TaylorMarch<Dual<N>, B>>,
@@ -29,11 +29,11 @@ pub(crate) struct Marches<'a, B, const N: usize> {
     interrupt: Interrupt<'a>,
 }
 
-impl<'a, B: BlockSizes, const N: usize> Marches<'a, B, N> {
+impl<'a, B: BlockSizes, const N: usize> IntegratedLegs<'a, B, N> {
     pub(crate) fn new(blocks: B, interrupt: Interrupt<'a>) -> Self {
         let mut plain = TaylorMarch::new(blocks, Accuracy::FULL);
         plain.max_steps = SHOOTING_STEPS;
-        Marches {
+        IntegratedLegs {
             plain,
             abreast: None,
             several: None,
@@ -44,7 +44,7 @@ impl<'a, B: BlockSizes, const N: usize> Marches<'a, B, N> {
     }
 }
 
-impl<B: BlockSizes, const N: usize> LegMap for Marches<'_, B, N> {
+impl<B: BlockSizes, const N: usize> LegMap for IntegratedLegs<'_, B, N> {
     fn arrive_into(
         &mut self,
         start: &[f64],

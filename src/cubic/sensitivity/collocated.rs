@@ -21,7 +21,7 @@ use crate::interrupt::Interrupt;
 use crate::linalg::field::{accumulate, larger};
 
 /// Four tangent vectors: displacement and change of the velocity, at the start and at the end.
-type EndVectors = [Mat<f64>; 4];
+type EndVariation = [Mat<f64>; 4];
 
 /// The linearised equations, in the span of the curve and outside it.
 #[derive(Debug)]
@@ -123,7 +123,7 @@ impl Collocated {
     pub(crate) fn vary(
         &self,
         flow: &LinearFlow,
-        z: &EndVectors,
+        z: &EndVariation,
         interrupt: Interrupt<'_>,
     ) -> Result<Option<Varied>> {
         let (blocks, frames) = (flow.blocks(), self.end_frames(flow));
@@ -168,7 +168,7 @@ impl Collocated {
         &self,
         flow: &LinearFlow,
         varied: &Varied,
-        z: &EndVectors,
+        z: &EndVariation,
         times: &[f64],
     ) -> Vec<Mat<f64>> {
         let factors = self.factors(times);
@@ -204,7 +204,7 @@ impl Collocated {
         (times, cotangents): (&[f64], &[MatRef<'_, f64>]),
         by_start: Option<[&Mat<f64>; 2]>,
         interrupt: Interrupt<'_>,
-    ) -> Result<Option<EndVectors>> {
+    ) -> Result<Option<EndVariation>> {
         let (blocks, count) = (flow.blocks(), self.frames.len());
         let loads = self.loads(flow, times, cotangents);
         let mut by_displacements = vec![0.0; blocks.dim() * count];
@@ -237,7 +237,7 @@ impl Collocated {
                 .zip(direct)
                 .for_each(|(sum, x)| *sum += x);
         }
-        let mut out: EndVectors = std::array::from_fn(|i| {
+        let mut out: EndVariation = std::array::from_fn(|i| {
             let [x] = unpack(&by_ends[i], blocks);
             frames[i] * x.tangent()
         });

@@ -34,8 +34,8 @@ pub(crate) struct LinearCubic {
 }
 
 impl LinearCubic {
-    /// Built for a curve on `[0, 1]`. Its polynomials are used if they have the same time and no larger frame than the data at the start
-    /// span; otherwise the curve is integrated from there.
+    /// Built for a curve on `[0, 1]`. Its polynomials are used if they have the same time and no larger frame than the
+    /// data at the start span; otherwise the curve is integrated from there.
     ///
     /// # Errors
     /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
@@ -340,7 +340,7 @@ mod tests {
             assert_eq!(
                 cubic.flow.data.g[(0, 0)],
                 start.s()[0],
-                "its taylor is not used"
+                "its polynomials are not used"
             );
             check_cubic(&cubic, &format!("{shape:?}"));
         }

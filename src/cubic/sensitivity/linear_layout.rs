@@ -66,8 +66,8 @@ impl LinearLayout {
         })
     }
 
-    /// The rows and columns of a matrix that belong to some coordinates of every vector, with the signs of these. It has four vectors in each row,
-    /// and any number in each column.
+    /// The rows and columns of a matrix that belong to some coordinates of every vector, with the signs of these. It
+    /// has four vectors in each row, and any number in each column.
     pub(crate) fn selected(&self, matrix: &[f64], which: &[usize]) -> Vec<f64> {
         let d = self.blocks.dim();
         if which.len() == d {

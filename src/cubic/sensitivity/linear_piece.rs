@@ -25,7 +25,7 @@ use crate::threads;
 const GROUP: f64 = 100.0;
 
 /// Displacement and change of the velocity, at the start and at the end.
-pub(crate) type PieceEnds = [Vec<f64>; 4];
+pub(crate) type PieceVariation = [Vec<f64>; 4];
 
 /// A cubic on `[0, 1]`, linearised.
 #[derive(Debug)]
@@ -160,7 +160,7 @@ impl LinearPiece {
 
     /// The change of the gradient of half the cost, `(x''_0, -x'_0, -x''_1, x'_1)`, for `(u_0, w_0, u_1, w_1)`, as
     /// tangent vectors; in tension with `x'' - tau x` in place of `x''`.
-    pub(crate) fn stiffness(&self, z: [&[f64]; 4]) -> PieceEnds {
+    pub(crate) fn stiffness(&self, z: [&[f64]; 4]) -> PieceVariation {
         let mut out = self.product(z, |matrix| matrix);
         for (to, from, tau) in [(0, 1, -self.tension), (2, 3, self.tension)] {
             if tau != 0.0 {
@@ -178,7 +178,7 @@ impl LinearPiece {
     }
 
     /// The gradient with respect to `(u_0, w_0, u_1, w_1)` of a function of `x'` and `x''` at the start with the given one.
-    pub(crate) fn pull_back_start(&self, [by_first, by_second]: [&[f64]; 2]) -> PieceEnds {
+    pub(crate) fn pull_back_start(&self, [by_first, by_second]: [&[f64]; 2]) -> PieceVariation {
         let first: Vec<f64> = by_first.iter().map(|x| -x).collect();
         let zero = vec![0.0; first.len()];
         self.product([by_second, &first, &zero, &zero], |matrix| {
@@ -188,7 +188,11 @@ impl LinearPiece {
 
     /// The product of the second derivative, optionally transposed, with two tangent vectors at the start and two at the
     /// end.
-    fn product(&self, z: [&[f64]; 4], view: fn(MatRef<'_, f64>) -> MatRef<'_, f64>) -> PieceEnds {
+    fn product(
+        &self,
+        z: [&[f64]; 4],
+        view: fn(MatRef<'_, f64>) -> MatRef<'_, f64>,
+    ) -> PieceVariation {
         let [size, width] = [self.blocks.dim(), self.blocks.k].map(|d| 4 * d);
         let mut found = vec![0.0; size];
         if size > 0 {
@@ -261,7 +265,7 @@ impl LinearPiece {
     pub(crate) fn pull_back<'a>(
         &self,
         loads: impl Iterator<Item = (f64, MatRef<'a, f64>)>,
-    ) -> PieceEnds {
+    ) -> PieceVariation {
         let (n, Sizes { k, .. }, r) = (self.n, self.blocks, self.r());
         let mut sums: Vec<Vec<f64>> = vec![Vec::new(); self.parts.len()];
         let mut rows = self.outside.as_ref().map(|_| vec![0.0; 4 * n * k]);
@@ -351,7 +355,7 @@ impl LinearPiece {
 
     /// The part of the curve at a time, and the factors of the values at its points; `None` if points cannot move.
     fn part_at(&self, t: f64, factors: &mut Vec<f64>) -> Option<usize> {
-        let after = |place: &PointsOfPart| place.start <= t;
+        let after = |points: &PointsOfPart| points.start <= t;
         let part = self.parts.partition_point(after).saturating_sub(1);
         let place = self.parts.get(part)?;
         factors.resize(place.through.len(), 0.0);
@@ -396,7 +400,7 @@ impl LinearPiece {
     }
 
     /// Tangent vectors from their coordinates in the span, and the rows outside it side by side.
-    fn lifted(&self, coordinates: &[f64], rows: Option<&[f64]>) -> PieceEnds {
+    fn lifted(&self, coordinates: &[f64], rows: Option<&[f64]>) -> PieceVariation {
         let (n, r, d, k) = (self.n, self.r(), self.blocks.dim(), self.blocks.k);
         let mut low = vec![0.0; r * k];
         std::array::from_fn(|i| {

@@ -4,7 +4,7 @@ use faer::Mat;
 
 use super::linear_flow::LinearFlow;
 use super::linear_flow::tests::{SHAPES, flow, tangent};
-use super::linear_piece::{LinearPiece, PieceEnds};
+use super::linear_piece::{LinearPiece, PieceVariation};
 use super::linear_start::LinearStart;
 use super::variation::vary;
 use crate::cubic::taylor::initial::Horizontal;
@@ -28,7 +28,7 @@ const CURVES: [(f64, f64); 7] = [
 
 const TIMES: [f64; 6] = [0.3, 0.0, 1.0, 0.71, 0.99, 1e-9];
 
-fn views_of(z: &PieceEnds) -> [&[f64]; 4] {
+fn views_of(z: &PieceVariation) -> [&[f64]; 4] {
     z.each_ref().map(Vec::as_slice)
 }
 
@@ -37,7 +37,7 @@ fn matrix(n: usize, k: usize, seed: usize) -> Mat<f64> {
 }
 
 /// Tangent vectors at the ends of a curve.
-fn ends(flow: &LinearFlow, piece: &LinearPiece, seed: usize) -> PieceEnds {
+fn ends(flow: &LinearFlow, piece: &LinearPiece, seed: usize) -> PieceVariation {
     let (n, k) = (flow.frame.nrows(), flow.blocks().k);
     std::array::from_fn(|i| {
         let point = piece.frame(i / 2).subcols(0, k);

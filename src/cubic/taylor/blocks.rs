@@ -90,12 +90,12 @@ pub(crate) struct Sizes {
 }
 
 impl Sizes {
-    /// Blocks of frames.
+    /// Sizes of the blocks of frames.
     pub(crate) fn frames(m: usize, k: usize) -> Self {
         Sizes::new(m, k, Quotient::Frames)
     }
 
-    /// Blocks with real coordinates.
+    /// Sizes of blocks with real coordinates.
     pub(crate) fn new(m: usize, k: usize, quotient: Quotient) -> Self {
         Sizes {
             m,
@@ -105,7 +105,7 @@ impl Sizes {
         }
     }
 
-    /// Blocks with coordinates over the field of a kind.
+    /// Sizes of blocks with coordinates over the field of a kind.
     pub(crate) fn of_kind(m: usize, k: usize, kind: Kind) -> Self {
         let Kind { quotient, field } = kind;
         Sizes {

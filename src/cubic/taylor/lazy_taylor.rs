@@ -13,8 +13,8 @@ pub(crate) struct LazyTaylor(
 
 impl LazyTaylor {
     /// Polynomials that are not yet computed.
-    pub(crate) fn of(taylor: impl FnOnce() -> PiecewiseTaylor + Send + 'static) -> Self {
-        LazyTaylor(LazyLock::new(Box::new(taylor)))
+    pub(crate) fn of(compute: impl FnOnce() -> PiecewiseTaylor + Send + 'static) -> Self {
+        LazyTaylor(LazyLock::new(Box::new(compute)))
     }
 }
 

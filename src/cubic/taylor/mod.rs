@@ -1,4 +1,4 @@
-//! Initial value problems: steps of Taylor polynomials for the coefficients of a frame and of the vectors of the equation.
+//! The Taylor method for initial values, and the piecewise polynomial that it makes.
 
 pub(crate) mod block_products;
 pub(crate) mod blocks;
@@ -8,7 +8,7 @@ pub(crate) mod halves;
 pub(crate) mod horner;
 pub(crate) mod initial;
 pub(crate) mod lazy_taylor;
-pub(crate) mod leg_taylor;
+pub(crate) mod leg_curve;
 pub(crate) mod march;
 pub(crate) mod packing;
 pub(crate) mod piecewise_taylor;

@@ -1,4 +1,5 @@
-//! A Riemannian cubic as a piecewise polynomial, in coordinates of its span.
+//! A Riemannian cubic as a piecewise polynomial, in coordinates of its span: Taylor polynomials of the steps of an integration,
+//! or the polynomials of solved legs.
 
 use faer::{MatMut, MatRef};
 
@@ -278,11 +279,11 @@ impl PiecewiseTaylor {
 
     /// Taylor coefficients of `x` at `t`, up to the order of `out.len() - 1`, each `omega` before `b`, column by column.
     pub(crate) fn vectors_into(&self, t: f64, out: &mut [&mut [f64]]) {
-        self.vectors_of_step(self.find(t), t, out);
+        self.vectors_of_piece(self.find(t), t, out);
     }
 
     /// As `vectors_into`, for one piece.
-    pub(crate) fn vectors_of_step(&self, piece: usize, t: f64, out: &mut [&mut [f64]]) {
+    pub(crate) fn vectors_of_piece(&self, piece: usize, t: f64, out: &mut [&mut [f64]]) {
         let size = self.r() * self.blocks.k;
         let coefficients = &self.vectors[block(piece, (self.accuracy.order + 1) * size)];
         shift_into(coefficients, size, t - self.pieces[piece].center, out);
@@ -290,7 +291,7 @@ impl PiecewiseTaylor {
 
     /// As [`PiecewiseTaylor::points_into`], for one piece.
     #[cfg(any(feature = "python", feature = "serde"))]
-    pub(crate) fn points_of_step(&self, piece: usize, t: f64, out: &mut [&mut [f64]]) {
+    pub(crate) fn points_of_piece(&self, piece: usize, t: f64, out: &mut [&mut [f64]]) {
         let size = self.rows() * self.blocks.k;
         let coefficients = &self.points[block(piece, (self.accuracy.order + 1) * size)];
         shift_into(coefficients, size, t - self.pieces[piece].center, out);

@@ -28,8 +28,8 @@ impl Grassmann {
         Ok(out)
     }
 
-    /// The Riemannian Hessian applied to the tangent vector `v`, from the Euclidean gradient `g` and the Euclidean Hessian applied
-    /// to `v`, `h`; shapes `(n, k)`.
+    /// The Riemannian Hessian applied to the tangent vector `v`, from the Euclidean gradient `g` and the Euclidean
+    /// Hessian applied to `v`, `h`; shapes `(n, k)`.
     ///
     /// ```math
     /// (I - Y Y^T) H - V\, Y^T G

@@ -53,8 +53,8 @@ impl Grassmann {
     /// `Shape`, `NonFinite`, `NotOrthonormal`; `RightAngle` if the largest principal angle is `pi/2` to working
     /// precision; `Decomposition`.
     /// # Source
-    /// Bendokat, Zimmermann, Absil (2024), algorithm 5.3. Deviation: the factors of `Y0^T Y1` give the angles as well, without a
-    /// second decomposition.
+    /// Bendokat, Zimmermann, Absil (2024), algorithm 5.3. Deviation: the factors of `Y0^T Y1` give the angles as well,
+    /// without a second decomposition.
     pub fn log(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Mat<f64>> {
         let mut out = Mat::zeros(self.n(), self.k());
         self.log_into(out.as_mut(), y0, y1)?;

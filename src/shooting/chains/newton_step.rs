@@ -87,8 +87,8 @@ impl<T: Field, S: Homogeneous> SeriesChain<'_, T, S> {
         &self.groups[leg / T::COUNT].linear
     }
 
-    /// Factors the system for the changes of the velocities, block tridiagonal, from the accelerations at the knots; the factors
-    /// are `None` if it is singular.
+    /// Factors the system for the changes of the velocities, block tridiagonal, from the accelerations at the knots;
+    /// the factors are `None` if it is singular.
     fn factor_velocity_system(&mut self) {
         let d = self.space.dim();
         let SeriesChain {

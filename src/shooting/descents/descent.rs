@@ -9,8 +9,8 @@
 //! Nocedal, Wright (2006), "Numerical Optimization", 2nd ed., sec. 4.1, 10.3 (Levenberg-Marquardt steps).
 
 use super::chain_knots::ChainKnots;
+use super::descent_state::{DAMPING, FARTHEST, LOWER, MET, MOST, RAISE};
 use super::free_chain::FreeChain;
-use super::place::{DAMPING, FARTHEST, LOWER, MET, MOST, RAISE};
 use crate::error::Result;
 use crate::legs::{Options, Progress};
 use crate::linalg::field::Field;
@@ -86,7 +86,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     /// # Errors
     /// `Interrupted`.
     fn step_down(&mut self, damping: &mut f64, options: &Options<'_>) -> Result<Option<f64>> {
-        let (before, first) = (self.place(), *damping);
+        let (before, first) = (self.descent_state(), *damping);
         while *damping <= MOST {
             options.interrupt.check(SOLVER)?;
             if !(options.may_go_on)(self.products_of_trial()) {

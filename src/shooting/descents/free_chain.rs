@@ -13,7 +13,7 @@ use crate::space::{Homogeneous, orthonormalise};
 
 /// The knots, and the middles of the legs.
 #[derive(Clone)]
-pub(crate) struct KnotState<T> {
+pub(crate) struct FreeChainState<T> {
     pub(crate) knots: ChainKnots,
     middles: Vec<T>,
 }
@@ -22,7 +22,7 @@ pub(crate) struct KnotState<T> {
 pub(crate) struct FreeChain<'a, T: Field, S> {
     pub(crate) space: S,
     pub(crate) layout: ChainLayout,
-    pub(crate) state: KnotState<T>,
+    pub(crate) state: FreeChainState<T>,
     pub(crate) groups: Vec<FreeLegGroup<'a, T>>,
     buffers: FreeChainBuffers<T>,
     /// The largest residual of the equations of the legs.
@@ -88,7 +88,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         let mut chain = FreeChain {
             space,
             layout,
-            state: KnotState {
+            state: FreeChainState {
                 knots,
                 middles: vec![T::ZERO; groups * 3 * d],
             },

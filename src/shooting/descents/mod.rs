@@ -2,11 +2,11 @@
 
 pub(crate) mod chain_knots;
 pub(crate) mod descent;
+pub(crate) mod descent_state;
 #[cfg(test)]
 mod descent_tests;
 pub(crate) mod free_chain;
 pub(crate) mod layout;
-pub(crate) mod place;
 pub(crate) mod second_derivative;
 pub(crate) mod start_response;
 pub(crate) mod stiffness;

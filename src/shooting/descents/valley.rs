@@ -12,8 +12,8 @@
 //! # Source
 //! Chamberlain, Powell, Lemarechal, Pedersen (1982), Mathematical Programming Studies 16, 1-17 (the watchdog technique).
 
+use super::descent_state::{DAMPING, DescentState, DescentStep, FARTHEST, LOWER, MET, MOST, RAISE};
 use super::free_chain::FreeChain;
-use super::place::{DAMPING, DescentState, DescentStep, FARTHEST, LOWER, MET, MOST, RAISE};
 use crate::error::Result;
 use crate::legs::Options;
 use crate::linalg::field::Field;
@@ -94,14 +94,14 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
             if self.defect <= MET && self.is_lower(before, leap.decrease, DAMPING) {
                 return Ok(true);
             }
-            let Some(back) = self.place().step(DAMPING, FARTHEST) else {
+            let Some(back) = self.descent_state().step(DAMPING, FARTHEST) else {
                 break;
             };
             self.follow(&back.change);
             self.evaluate();
         }
         self.restore(before);
-        // The linear equations belong to another place.
+        // The linear equations belong to another state.
         self.linearise();
         self.set_forces();
         Ok(false)
@@ -109,10 +109,10 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
 }
 
 /// The step with the first damping that makes the second derivative positive definite, and that damping.
-fn damped_step<T>(place: &DescentState<T>) -> Option<(DescentStep, f64)> {
+fn damped_step<T>(state: &DescentState<T>) -> Option<(DescentStep, f64)> {
     let mut damping = DAMPING;
     while damping <= MOST {
-        if let Some(step) = place.step(damping, FARTHEST) {
+        if let Some(step) = state.step(damping, FARTHEST) {
             return Some((step, damping));
         }
         damping *= RAISE;
@@ -122,14 +122,14 @@ fn damped_step<T>(place: &DescentState<T>) -> Option<(DescentStep, f64)> {
 
 /// The longest step within a reach, if it promises much more than a damped one.
 fn longest_step<T>(
-    place: &DescentState<T>,
+    state: &DescentState<T>,
     damped: &(DescentStep, f64),
     reach: f64,
 ) -> Option<DescentStep> {
     let (damped, mut damping) = (&damped.0, damped.1);
     let (mut longest, mut ratio) = (None, LOWER);
     while damping > FINEST && ratio < CLOSE {
-        match place.step(ratio * damping, reach) {
+        match state.step(ratio * damping, reach) {
             Some(step) => {
                 damping *= ratio;
                 longest = Some(step);

@@ -34,7 +34,7 @@ const MORE: usize = 2;
 const NODES: usize = 6;
 
 /// `x, x', x''` at a time.
-pub(crate) type LinearState<T> = [Vec<T>; 3];
+pub(crate) type VectorsAt<T> = [Vec<T>; 3];
 
 /// A linear function of a variation: of the displacement of the first point, shape `(rows, d)`, and of the changes of `x, x',
 /// x''` at the middle, shape `(rows, 3 d)`; in row-major order.
@@ -59,7 +59,7 @@ pub(crate) struct LinearLeg<T> {
     /// `(p, w, a, b)` at the last end.
     pub(crate) last: LegResponse<T>,
     /// `x, x', x''` at the last end.
-    pub(crate) last_state: LinearState<T>,
+    pub(crate) last_state: VectorsAt<T>,
 }
 
 impl<T: Field> LinearLeg<T> {
@@ -67,7 +67,7 @@ impl<T: Field> LinearLeg<T> {
     /// needed.
     pub(crate) fn from_start(
         space: impl Homogeneous,
-        first: &LinearState<T>,
+        first: &VectorsAt<T>,
         tension: Option<T>,
         has_points: bool,
     ) -> Option<Self> {
@@ -75,7 +75,7 @@ impl<T: Field> LinearLeg<T> {
         let mut series = LegSeries::new(space, LONGEST + MORE);
         // To the middle, by the series about the first end.
         let order = resolve(space, first, tension, &mut series)?;
-        let mut middle: LinearState<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
+        let mut middle: VectorsAt<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
         let mut before = vec![T::ZERO; d];
         for (derivative, x) in middle.iter_mut().enumerate() {
             series.at_ends(d, order + 3, derivative, [&mut before, x]);
@@ -100,7 +100,7 @@ impl<T: Field> LinearLeg<T> {
         let at: Vec<Node> = nodes.s.iter().map(|s| (s - 0.5, 0.0)).collect();
         let mut variation = MiddleVariation::<T>::with_nodes(space, 3, order, Cow::Owned(at));
         variation.set_changes(space, series, tension, order);
-        let mut last_state: LinearState<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
+        let mut last_state: VectorsAt<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
         let mut before = vec![T::ZERO; d];
         for (derivative, x) in last_state.iter_mut().enumerate() {
             series.at_ends(d, order + 3, derivative, [&mut before, x]);
@@ -227,7 +227,7 @@ impl<T: Field> Turns<T> {
 fn last<T: Field>(
     space: impl Homogeneous,
     turned: &LegResponse<T>,
-    state: &LinearState<T>,
+    state: &VectorsAt<T>,
     variation: &MiddleVariation<T>,
 ) -> LegResponse<T> {
     let d = space.dim();
@@ -255,7 +255,7 @@ fn last<T: Field>(
 /// commute.
 fn resolve<T: Field>(
     space: impl Homogeneous,
-    state: &LinearState<T>,
+    state: &VectorsAt<T>,
     tension: Option<T>,
     series: &mut LegSeries<T>,
 ) -> Option<usize> {
@@ -293,7 +293,7 @@ fn extend_turns<T: Field>(
 }
 
 /// A bound on the velocity, as for a leg.
-fn speed<T: Field>(state: &LinearState<T>, tension: Option<T>) -> f64 {
+fn speed<T: Field>(state: &VectorsAt<T>, tension: Option<T>) -> f64 {
     let bound = |lane: usize| {
         let [v, a, b] = state.each_ref().map(|x| {
             let square: f64 = x.iter().map(|x| x.lane(lane).powi(2)).sum();

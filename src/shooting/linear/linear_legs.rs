@@ -7,7 +7,7 @@
 use faer::Mat;
 
 use super::linear_curve::{CurvePart, LinearCurve, SOLVER};
-use super::linear_leg::{LegResponse, LinearLeg, LinearState};
+use super::linear_leg::{LegResponse, LinearLeg, VectorsAt};
 use crate::curve::barycentric::Barycentric;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -51,7 +51,7 @@ struct Placed {
 /// As [`linearise`](super::linearise::linearise).
 pub(crate) fn of_legs(
     space: impl Homogeneous,
-    mut state: LinearState<f64>,
+    mut state: VectorsAt<f64>,
     tension: f64,
     has_points: bool,
     interrupt: Interrupt<'_>,
@@ -251,7 +251,7 @@ fn derivatives(flow: &Mat<f64>) -> Result<Mat<f64>> {
 }
 
 /// `x, x', x''` in another unit of time.
-fn scaled(state: &LinearState<f64>, unit: f64) -> LinearState<f64> {
+fn scaled(state: &VectorsAt<f64>, unit: f64) -> VectorsAt<f64> {
     std::array::from_fn(|i| {
         let factor = unit.powi(i as i32 + 1);
         state[i].iter().map(|x| x * factor).collect()

@@ -1,7 +1,8 @@
 //! The response of a single leg to the data at its ends, by the changes at its middle.
 //!
 //! The changes of `x, x', x''` at the middle supply the point at the last end and the velocities at both, in the same
-//! combinations as the equations of a [leg](crate::shooting::taylor::leg_equations): for slow curves their matrix is near the identity.
+//! combinations as the equations of a [leg](crate::shooting::taylor::leg_equations): for slow curves their matrix is
+//! near the identity.
 
 use std::sync::Arc;
 

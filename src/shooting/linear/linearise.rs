@@ -4,7 +4,7 @@
 //! and those whose ends may be conjugate, [for the changes at the start](super::linear_legs).
 
 use super::linear_curve::{LinearCurve, SOLVER};
-use super::linear_leg::{LinearLeg, LinearState};
+use super::linear_leg::{LinearLeg, VectorsAt};
 use super::linear_legs::of_legs;
 use super::linear_middle::at_middle;
 use crate::error::Result;
@@ -32,7 +32,7 @@ const LARGE: usize = 15;
 /// them would; `Interrupted`.
 pub(crate) fn linearise(
     shape: Shape,
-    start: LinearState<f64>,
+    start: VectorsAt<f64>,
     tension: f64,
     interrupt: Interrupt<'_>,
 ) -> Result<LinearCurve> {
@@ -45,7 +45,7 @@ pub(crate) fn linearise(
 /// As [`linearise`].
 pub(crate) fn linearise_all(
     shape: Shape,
-    starts: Vec<LinearState<f64>>,
+    starts: Vec<VectorsAt<f64>>,
     tensions: &[f64],
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<LinearCurve>> {
@@ -70,7 +70,7 @@ pub(crate) fn linearise_all(
 /// One curve, as a single leg if that is possible.
 fn alone(
     space: impl Homogeneous,
-    start: LinearState<f64>,
+    start: VectorsAt<f64>,
     tension: f64,
     has_points: bool,
     interrupt: Interrupt<'_>,
@@ -89,7 +89,7 @@ fn alone(
 /// Curves of one leg each; `None` for those that are not, or whose ends may be conjugate.
 fn abreast(
     space: impl Homogeneous,
-    starts: &[LinearState<f64>],
+    starts: &[VectorsAt<f64>],
     tensions: &[f64],
 ) -> Vec<Option<LinearCurve>> {
     let count = starts.len();
@@ -100,7 +100,7 @@ fn abreast(
     // The last one fills unused lanes.
     let lanes =
         |of: &dyn Fn(usize) -> f64| Lanes(std::array::from_fn(|lane| of(lane.min(count - 1))));
-    let state: LinearState<Lanes> = std::array::from_fn(|level| {
+    let state: VectorsAt<Lanes> = std::array::from_fn(|level| {
         let entry = |p: usize| lanes(&|lane| starts[lane][level][p]);
         (0..space.dim()).map(entry).collect()
     });

@@ -11,8 +11,8 @@ pub(crate) fn is_of_rotations(space: impl Homogeneous) -> bool {
     space.size() == 3 && space.isotropy_dim() == 0
 }
 
-/// Computes the coefficients `k + 1` of the frames, matrices, for `k` in `powers`: the rows of `g x` are cross products. The sums
-/// are those for matrices of any size without the zeros, in the same order.
+/// Computes the coefficients `k + 1` of the frames, matrices, for `k` in `powers`: the rows of `g x` are cross
+/// products. The sums are those for matrices of any size without the zeros, in the same order.
 #[inline(always)]
 pub(crate) fn extend_matrices<T: Field>(matrices: &[T], frames: &mut [T], powers: Range<usize>) {
     for k in powers {
@@ -76,8 +76,8 @@ pub(crate) fn extend_quaternions<T: Field>(matrices: &[T], frames: &mut [T], pow
 /// w' = -\langle e, v\rangle,\qquad v' = w\,e + v \times o
 /// ```
 ///
-/// which takes a quarter of the products of [`extend_quaternions`]. Round-off grows with the angle `a` of a leg as `e^{a/2}`: the
-/// rotation is off by 1.3e-14 at 12 radians. `spans` is a buffer for `2 order + 8` numbers.
+/// which takes a quarter of the products of [`extend_quaternions`]. Round-off grows with the angle `a` of a leg as
+/// `e^{a/2}`: the rotation is off by 1.3e-14 at 12 radians. `spans` is a buffer for `2 order + 8` numbers.
 #[inline(always)]
 pub(crate) fn rotation_reached_into<T: Field>(
     matrices: &[T],
@@ -103,7 +103,8 @@ pub(crate) fn rotation_reached_into<T: Field>(
         power *= 0.25;
     }
     write_rotation(sums, out);
-    // A rotation turns at twice the rate of its quaternion, and each end contributes half of it; the last power of `v` is `2 count
+    // A rotation turns at twice the rate of its quaternion, and each end contributes half of it; the last power of `v`
+    // is `2 count
     // - 1`.
     let weight = 0.25_f64.powi(count as i32 - 1) * (2 * count - 1) as f64;
     largest_each(&spans[(count - 1) * 4..]) * weight
@@ -162,8 +163,8 @@ pub(crate) fn sum_of_brackets<T: Field>(x: &[T], sum: usize) -> [T; 3] {
     sums
 }
 
-/// Coefficients `i` of `x`, by which changes of coefficients `j` are multiplied where `i + j` is one less than their number: axial
-/// vectors times `i - j`, by `j`.
+/// Coefficients `i` of `x`, by which changes of coefficients `j` are multiplied where `i + j` is one less than their
+/// number: axial vectors times `i - j`, by `j`.
 #[inline(always)]
 pub(crate) fn weigh<T: Field>(matrices: &[T], weighted: &mut [T]) {
     let count = weighted.len() / 3;

@@ -25,8 +25,8 @@ pub(crate) struct LegSeries<T> {
     pub(crate) matrices: Vec<T>,
     /// Coefficients of `w_h`, as skew matrices.
     pub(crate) isotropy: Vec<T>,
-    /// Coefficients of the frame: matrices in row-major order. In three dimensions quaternions after [`LegSeries::set_turns`], and those
-    /// of the rotation between opposite times after [`LegSeries::reached_into`].
+    /// Coefficients of the frame: matrices in row-major order. In three dimensions quaternions after
+    /// [`LegSeries::set_turns`], and those of the rotation between opposite times after [`LegSeries::reached_into`].
     pub(crate) frames: Vec<T>,
     /// Buffer for a run of coordinates.
     run: Vec<T>,

@@ -334,7 +334,7 @@ impl LegEnds {
         &self.values[self.size * (self.vectors * leg + which)..][..self.size]
     }
 
-    /// The distance from the next knot, carried back to the start of the leg.
+    /// The point defect, carried back to the start of the leg.
     pub(crate) fn point_defect_back(&self, leg: usize) -> &[f64] {
         &self.back[2 * self.size * leg..][..self.size]
     }

@@ -10,7 +10,7 @@ use super::solution::{ChainSolution, Effort, SolvedLegs};
 use crate::collocation::{self, Near};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::lazy_taylor::LazyTaylor;
-use crate::cubic::taylor::leg_taylor::leg_taylor;
+use crate::cubic::taylor::leg_curve::leg_curve;
 use crate::cubic::taylor::work::of_products;
 use crate::error::Result;
 use crate::legs::{Knots, Options};
@@ -168,13 +168,13 @@ pub(crate) trait InEmbedding: Chain {
                 }
             };
             let (solved, tension) = (Arc::clone(&solved), tension * lengths[leg].powi(2));
-            let taylor = move || {
+            let compute = move || {
                 let to_basis = to_basis.as_ref();
                 let dense = in_space!(blocks.shape(), |space| solved
                     .polynomials(space, leg, to_basis));
-                leg_taylor(&dense, 0, frame.as_ref(), blocks, columns, tension)
+                leg_curve(&dense, 0, frame.as_ref(), blocks, columns, tension)
             };
-            Some((basis, LazyTaylor::of(taylor)))
+            Some((basis, LazyTaylor::of(compute)))
         })
     }
 }

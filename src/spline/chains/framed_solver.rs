@@ -15,7 +15,7 @@ use super::solution::{ChainSolution, ChainStart, Effort, SolvedLegs};
 use crate::collocation::Near;
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::lazy_taylor::LazyTaylor;
-use crate::cubic::taylor::leg_taylor::leg_taylor;
+use crate::cubic::taylor::leg_curve::leg_curve;
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::taylor::work::of_products;
@@ -235,10 +235,10 @@ impl Framed<'_> {
         let (tension, lengths) = (self.tension(), self.lengths().to_vec());
         let curves: Arc<dyn Curves> = curves.into();
         let known = Arc::clone(&curves);
-        let taylor = Arc::new(move |leg: usize| {
+        let curve_of = Arc::new(move |leg: usize| {
             let (polynomials, which) = known.of_leg(leg);
             let tension = tension * lengths[leg].powi(2);
-            leg_taylor(
+            leg_curve(
                 polynomials,
                 which,
                 Some(&frames[leg]),
@@ -251,8 +251,8 @@ impl Framed<'_> {
             polynomials: Some(curves),
             turns: None,
             piece: Arc::new(move |leg| {
-                let taylor = Arc::clone(&taylor);
-                Some((None, LazyTaylor::of(move || taylor(leg))))
+                let curve_of = Arc::clone(&curve_of);
+                Some((None, LazyTaylor::of(move || curve_of(leg))))
             }),
         }
     }

@@ -29,7 +29,7 @@ use crate::solve::direction::Direction;
 use crate::solve::tridiagonal::Tridiagonal;
 use crate::spline::ends::Ends;
 
-/// Vectors computed per leg: distance, velocity and acceleration.
+/// Vectors computed per leg: point defect, velocity defect, acceleration.
 pub(crate) const VECTORS: usize = 3;
 
 /// The equations of one chain.

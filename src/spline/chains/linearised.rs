@@ -28,14 +28,15 @@ pub(crate) struct LinearisedChain {
     velocities: Factors,
 }
 
-/// The change of a leg's `(x', x'')` is `before dv_j + after dv_{j+1}` minus `inverse` times the leg's defects;
-/// likewise for its last acceleration, with `by_derivatives` for the contribution of the defects.
+/// The change of a leg's `(x', x'')` at its start is `before dv_j + after dv_{j+1}` minus `inverse` times the leg's
+/// defects. `last_by_velocities` is the derivative of its last acceleration with respect to the two velocities,
+/// `last_by_start` that with respect to `(x', x'')`.
 struct EliminatedLeg {
     inverse: Mat<f64>,
     before: Mat<f64>,
     after: Mat<f64>,
-    by_derivatives: Mat<f64>,
-    arrival: [Mat<f64>; 2],
+    last_by_start: Mat<f64>,
+    last_by_velocities: [Mat<f64>; 2],
 }
 
 impl<C: Chain> Interpolation<'_, C> {
@@ -86,7 +87,7 @@ impl<C: Chain> Interpolation<'_, C> {
                 continue;
             }
             if let Some(leg) = before {
-                let [first, last] = &legs[leg].arrival;
+                let [first, last] = &legs[leg].last_by_velocities;
                 let Scale(rate) = self.rate(leg);
                 add_rows(rate, first.as_ref(), &mut rows.below[block.clone()]);
                 add_rows(rate, last.as_ref(), &mut rows.diagonal[block.clone()]);
@@ -122,7 +123,7 @@ impl<C: Chain> Interpolation<'_, C> {
                 let Scale(rate) = self.rate(leg);
                 add_product(
                     -rate,
-                    &linear.legs[leg].by_derivatives,
+                    &linear.legs[leg].last_by_start,
                     step.derivatives(leg),
                     right,
                 );
@@ -158,13 +159,13 @@ impl EliminatedLeg {
         let inverse = solve_matrix(ends.subcols(d, 2 * d), identity.as_ref())?;
         let before = &inverse * ends.subcols(0, d) * Scale(-h);
         let after = inverse.as_ref().subcols(d, d) * Scale(h);
-        let (by_velocity, by_derivatives) = acceleration.split_at_col(d);
+        let (by_velocity, last_by_start) = acceleration.split_at_col(d);
         Some(EliminatedLeg {
-            arrival: [
-                by_derivatives * &before + by_velocity * Scale(h),
-                by_derivatives * &after,
+            last_by_velocities: [
+                last_by_start * &before + by_velocity * Scale(h),
+                last_by_start * &after,
             ],
-            by_derivatives: by_derivatives.to_owned(),
+            last_by_start: last_by_start.to_owned(),
             inverse,
             before,
             after,

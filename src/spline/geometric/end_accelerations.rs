@@ -41,8 +41,8 @@ use crate::space::Quotient;
 /// Quantity named in `Overflow` errors.
 const CONTROL_POINTS: &str = "control points of a spline";
 
-/// Buffers for pieces of one shape.
-pub(crate) struct EndAccelerations {
+/// Computes the second terms at the ends of pieces of one shape, with its buffers.
+pub(crate) struct SecondTerms {
     quotient: Quotient,
     ends: [OuterLeg; 2],
     middle: QuasiGeodesic,
@@ -51,9 +51,9 @@ pub(crate) struct EndAccelerations {
     velocity: Mat<f64>,
 }
 
-impl EndAccelerations {
+impl SecondTerms {
     pub(crate) fn new(quotient: Quotient, n: usize, k: usize) -> Self {
-        EndAccelerations {
+        SecondTerms {
             quotient,
             ends: [(); 2].map(|()| OuterLeg::new(quotient, n, k)),
             middle: QuasiGeodesic::zeros(n, k),

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::end_accelerations::{EndAccelerations, add_quasi_geodesic_acceleration};
+use super::end_accelerations::{SecondTerms, add_quasi_geodesic_acceleration};
 use super::links::Links;
 use crate::curve::GeometricCubic;
 use crate::error::{Error, Result, unless_interrupted};
@@ -121,7 +121,7 @@ pub(crate) struct GeometricProblem<'a> {
     links: Links,
     flat: Tridiagonal<1>,
     /// One per group of legs.
-    work: Vec<EndAccelerations>,
+    work: Vec<SecondTerms>,
     shape: (usize, usize),
     interrupt: Interrupt<'a>,
 }
@@ -152,7 +152,7 @@ impl<'a> GeometricProblem<'a> {
         Ok(GeometricProblem {
             shape: (n, k),
             work: (0..groups)
-                .map(|_| EndAccelerations::new(quotient, n, k))
+                .map(|_| SecondTerms::new(quotient, n, k))
                 .collect(),
             links: Links::new(&knots.points, quotient)?,
             flat: Knots::of_points(&knots.lengths, &ends).flat_system()?,
@@ -164,7 +164,7 @@ impl<'a> GeometricProblem<'a> {
 
     /// Solves for the velocities at the knots that have a separate one.
     fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<(Vec<f64>, SolverReport)> {
-        let mut velocities = self.links.right_sides(&self.chain());
+        let mut velocities = self.links.right_sides(&self.grid());
         self.flat.solve(&mut self.links, &mut velocities)?;
         let mut found = self.residual(&velocities)?;
         let mut iterations = self.mix(&mut velocities, &mut found, tolerance, max_iterations)?;
@@ -241,11 +241,11 @@ impl<'a> GeometricProblem<'a> {
     }
 
     fn residual(&mut self, velocities: &[f64]) -> Result<GeometricResidual> {
-        let accelerations = self.accelerations(velocities)?;
-        let jumps = self.jumps(velocities, &accelerations);
+        let second_terms = self.second_terms(velocities)?;
+        let jumps = self.jumps(velocities, &second_terms);
         let (mut size, mut total) = (0.0_f64, 0.0);
         for (knot, jump) in jumps.chunks_exact(self.links.size()).enumerate() {
-            let length = self.chain().shortest(knot).powi(2) * norm(jump);
+            let length = self.grid().shortest(knot).powi(2) * norm(jump);
             size = if length <= size { size } else { length };
             total += length * length;
         }
@@ -258,18 +258,19 @@ impl<'a> GeometricProblem<'a> {
         })
     }
 
-    /// EndAccelerations at the start and the end of every leg, in the time of the leg.
-    fn accelerations(&mut self, velocities: &[f64]) -> Result<Vec<f64>> {
+    /// The second terms of the accelerations at the start and the end of every leg (`end_accelerations.rs`), in the
+    /// time of the leg.
+    fn second_terms(&mut self, velocities: &[f64]) -> Result<Vec<f64>> {
         let (legs, size) = (self.knots.lengths.len(), self.shape.0 * self.shape.1);
         let group = group(legs);
         let mut all = vec![0.0; 2 * size * legs];
         let mut work = std::mem::take(&mut self.work);
         let of_group =
-            |(): &mut (), which: usize, (all, work): &mut (&mut [f64], &mut EndAccelerations)| {
+            |(): &mut (), which: usize, (all, work): &mut (&mut [f64], &mut SecondTerms)| {
                 for (i, out) in all.chunks_mut(2 * size).enumerate() {
                     let leg = which * group + i;
-                    let accelerations = self.accelerations_of_leg(leg, velocities, work, out);
-                    accelerations.map_err(|error| error.at_knot(leg))?;
+                    let second_terms = self.second_terms_of_leg(leg, velocities, work, out);
+                    second_terms.map_err(|error| error.at_knot(leg))?;
                 }
                 Ok(())
             };
@@ -281,11 +282,11 @@ impl<'a> GeometricProblem<'a> {
         Ok(all)
     }
 
-    fn accelerations_of_leg(
+    fn second_terms_of_leg(
         &self,
         leg: usize,
         velocities: &[f64],
-        work: &mut EndAccelerations,
+        work: &mut SecondTerms,
         out: &mut [f64],
     ) -> Result<()> {
         self.interrupt.check(SOLVER)?;
@@ -297,25 +298,25 @@ impl<'a> GeometricProblem<'a> {
         work.compute(points, velocities, self.knots.lengths[leg], out)
     }
 
-    fn chain(&self) -> Knots<'_> {
+    fn grid(&self) -> Knots<'_> {
         Knots::of_points(&self.knots.lengths, &self.ends)
     }
 
     /// The velocity of a knot, among the velocities of the knots that have a separate one.
     fn velocity<'v>(&self, velocities: &'v [f64], knot: usize) -> MatRef<'v, f64> {
         let size = self.links.size();
-        let knot = knot % self.chain().count();
+        let knot = knot % self.grid().count();
         columns(&velocities[knot * size..][..size], self.shape.0)
     }
 
     /// The accelerations before the knots minus those after them; at an end, minus the given one.
-    fn jumps(&self, velocities: &[f64], accelerations: &[f64]) -> Vec<f64> {
-        let (chain, size) = (self.chain(), self.links.size());
+    fn jumps(&self, velocities: &[f64], second_terms: &[f64]) -> Vec<f64> {
+        let (grid, size) = (self.grid(), self.links.size());
         let ends =
-            |leg: usize| [2 * leg, 2 * leg + 1].map(|end| &accelerations[end * size..][..size]);
-        let mut jumps = chain.jumps::<f64>(size, ends);
+            |leg: usize| [2 * leg, 2 * leg + 1].map(|end| &second_terms[end * size..][..size]);
+        let mut jumps = grid.jumps::<f64>(size, ends);
         for (knot, jump) in jumps.chunks_exact_mut(size).enumerate() {
-            if let Some((End::Acceleration(_), sign)) = chain.end_at(knot) {
+            if let Some((End::Acceleration(_), sign)) = grid.end_at(knot) {
                 let point = self.knots.points[knot].as_ref();
                 let velocity = self.velocity(velocities, knot);
                 add_quasi_geodesic_acceleration(

@@ -1,5 +1,5 @@
 //! Quasi-geodesics between neighbouring knots (geodesics between subspaces), along which vectors are carried from knot
-//! to knot: for geometric and flat splines, and velocities from points.
+//! to knot: for geometric splines, splines of flat space, and velocities from points.
 
 use faer::{Mat, MatMut, MatRef};
 

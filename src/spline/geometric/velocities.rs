@@ -144,7 +144,7 @@ fn estimated(
     let links = links.map_err(|error| advised_knots(error, quotient, points))?;
     let low_ends = knots.ends(ends, |_, v| entries(v));
     let slopes = Slopes {
-        chain: Knots::of_points(&knots.lengths, &low_ends),
+        grid: Knots::of_points(&knots.lengths, &low_ends),
         points: &knots.points,
         links,
     };
@@ -170,23 +170,23 @@ fn estimated(
 
 /// The slopes on both sides of every knot.
 struct Slopes<'a> {
-    chain: Knots<'a>,
+    grid: Knots<'a>,
     points: &'a [Mat<f64>],
     links: Links,
 }
 
 impl Slopes<'_> {
     fn is_closed(&self) -> bool {
-        matches!(self.chain.ends, Ends::Periodic)
+        matches!(self.grid.ends, Ends::Periodic)
     }
 
     fn legs(&self) -> usize {
-        self.chain.lengths.len()
+        self.grid.lengths.len()
     }
 
     fn natural(mut self) -> Result<Vec<Mat<f64>>> {
-        let mut all = self.links.right_sides(&self.chain);
-        self.chain.flat_system()?.solve(&mut self.links, &mut all)?;
+        let mut all = self.links.right_sides(&self.grid);
+        self.grid.flat_system()?.solve(&mut self.links, &mut all)?;
         let velocities = all.chunks(self.links.size());
         Ok(velocities
             .map(|entries| columns(entries, self.points[0].nrows()).to_owned())
@@ -195,25 +195,25 @@ impl Slopes<'_> {
 
     /// The slope of a leg at its end.
     fn last(&self, leg: usize) -> Mat<f64> {
-        self.links.last(leg) * Scale(1.0 / self.chain.lengths[leg])
+        self.links.last(leg) * Scale(1.0 / self.grid.lengths[leg])
     }
 
     /// The slope of a leg at its start.
     fn first(&self, leg: usize) -> Mat<f64> {
-        self.links.first(leg) * Scale(1.0 / self.chain.lengths[leg])
+        self.links.first(leg) * Scale(1.0 / self.grid.lengths[leg])
     }
 
     /// Velocities of parabolas through three points.
     fn parabolas(mut self) -> Vec<Mat<f64>> {
-        let inner = |slopes: &Self, knot| match slopes.chain.legs_at(knot) {
+        let inner = |slopes: &Self, knot| match slopes.grid.legs_at(knot) {
             [Some(before), Some(after)] => {
-                let (h0, h1) = (slopes.chain.lengths[before], slopes.chain.lengths[after]);
+                let (h0, h1) = (slopes.grid.lengths[before], slopes.grid.lengths[after]);
                 let [m0, m1] = [slopes.last(before), slopes.first(after)];
                 Some(m0 * Scale(h1 / (h0 + h1)) + m1 * Scale(h0 / (h0 + h1)))
             }
             _ => None,
         };
-        let mut velocities: Vec<Mat<f64>> = (0..self.chain.count())
+        let mut velocities: Vec<Mat<f64>> = (0..self.grid.count())
             .map(|knot| inner(&self, knot).unwrap_or_else(|| Mat::zeros(0, 0)))
             .collect();
         if self.is_closed() {
@@ -242,7 +242,7 @@ impl Slopes<'_> {
         let (legs, closed) = (self.legs(), self.is_closed());
         if legs == 1 {
             let both = vec![self.first(0), self.last(0)];
-            return both.into_iter().take(self.chain.count()).collect();
+            return both.into_iter().take(self.grid.count()).collect();
         }
         let weights = self.weights();
         let weight = |knot: usize, step: usize| {
@@ -254,7 +254,7 @@ impl Slopes<'_> {
                 weights[place]
             }
         };
-        (0..self.chain.count())
+        (0..self.grid.count())
             .map(|knot| {
                 let [before, after] = self.slopes_at(knot);
                 let [w0, w1] = [weight(knot, 0), weight(knot, 2)];
@@ -268,7 +268,7 @@ impl Slopes<'_> {
 
     /// The slopes before and after a knot, extrapolated linearly beyond the ends if there are at least two legs.
     fn slopes_at(&mut self, knot: usize) -> [Mat<f64>; 2] {
-        match self.chain.legs_at(knot) {
+        match self.grid.legs_at(knot) {
             [Some(before), Some(after)] => [self.last(before), self.first(after)],
             [None, _] => {
                 let (near, next) = (self.first(0), self.first(1));
@@ -286,7 +286,7 @@ impl Slopes<'_> {
 
     /// `w_j` at the knots; for an open curve from one knot before the first to one past the last.
     fn weights(&self) -> Vec<f64> {
-        let inner = |knot: usize| match self.chain.legs_at(knot) {
+        let inner = |knot: usize| match self.grid.legs_at(knot) {
             [Some(before), Some(after)] => {
                 self.weight(knot, &self.last(before), &self.first(after))
             }

@@ -38,7 +38,7 @@ use super::spline_ends::check_ends;
 use crate::cubic::RiemannianCubic;
 use crate::cubic::sensitivity::linear_cubic::{LinearCubic, is_on};
 use crate::cubic::sensitivity::linear_flow::{VARIATION, check_cotangents};
-use crate::cubic::sensitivity::linear_piece::{LinearPiece, PieceEnds};
+use crate::cubic::sensitivity::linear_piece::{LinearPiece, PieceVariation};
 use crate::cubic::sensitivity::linear_start::LinearStart;
 use crate::cubic::turning::turned;
 use crate::curve::Curve;
@@ -252,7 +252,7 @@ impl SplineDerivative {
             };
             Ok((piece, found))
         };
-        let parts: Vec<(usize, PieceEnds)> =
+        let parts: Vec<(usize, PieceVariation)> =
             threads::map(grouped.len(), self.work_of_points(), || (), part)?;
         let mut gradient = KnotGradient::zeros(&self.states);
         for (piece, by_ends) in parts {
@@ -334,7 +334,7 @@ impl SplineDerivative {
     }
 
     /// `(u_0, w_0, u_1, w_1)` of a piece, in its own time.
-    fn ends_of(&self, piece: usize, u: &[f64], w: &[f64]) -> PieceEnds {
+    fn ends_of(&self, piece: usize, u: &[f64], w: &[f64]) -> PieceVariation {
         let (size, h) = (self.states.size(), self.states.lengths[piece]);
         std::array::from_fn(|i| {
             let at = (piece + i / 2) * size;

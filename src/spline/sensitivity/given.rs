@@ -1,4 +1,4 @@
-//! The conditions at the ends of a spline.
+//! Which derivative is given at each end of a spline.
 
 use crate::spline::ends::{EndCondition, EndConditions};
 

@@ -6,7 +6,7 @@ use faer::{Mat, Scale};
 use super::data_variation::SplineGradient;
 use super::given::GivenEnd;
 use super::knot_states::KnotStates;
-use crate::cubic::sensitivity::linear_piece::PieceEnds;
+use crate::cubic::sensitivity::linear_piece::PieceVariation;
 use crate::cubic::turning::{by_data, lowered};
 use crate::error::{Error, Result};
 use crate::linalg::field::add;
@@ -56,7 +56,7 @@ impl KnotGradient {
 
     /// Adds the gradient with respect to `(u_0, w_0, u_1, w_1)` of a piece, times one factor for displacements and one
     /// for velocities.
-    pub(crate) fn add(&mut self, piece: usize, by_ends: &PieceEnds, [by_u, by_w]: [f64; 2]) {
+    pub(crate) fn add(&mut self, piece: usize, by_ends: &PieceVariation, [by_u, by_w]: [f64; 2]) {
         let size = by_ends[0].len();
         for (end, by_end) in by_ends.chunks_exact(2).enumerate() {
             let at = (piece + end) * size;

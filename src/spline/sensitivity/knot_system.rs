@@ -64,8 +64,8 @@ pub(crate) struct KnotSystem {
 type KnotBlocks = [[Vec<f64>; 2]; 2];
 
 /// Return an error if the derivative would be too large. Every piece stores a matrix of shape `(4 d, 4 d)` in the `d`
-/// dimensions of its own span, up to [`DENSE`] dimensions also matrices of shape `(d, 4 d)` and frames at some 20 points, and its
-/// part of the factors in the dimensions of the span of the knots.
+/// dimensions of its own span, up to [`DENSE`] dimensions also matrices of shape `(d, 4 d)` and frames at some 20
+/// points, and its part of the factors in the dimensions of the span of the knots.
 ///
 /// # Errors
 /// `InvalidArgument`.

@@ -1,7 +1,7 @@
 //! Generalised cross-validation of smoothing splines, in flat space, to which the data are unrolled.
 
+use super::flat_smoothing::FlatSmoothing;
 use super::smoothing_equations::SmoothingData;
-use super::smoothing_preconditioner::SmoothingPreconditioner;
 use crate::cubic::taylor::work::Work;
 use crate::error::{Error, Result};
 use crate::linalg::field::add;
@@ -41,8 +41,8 @@ impl<'c, 'd, C: Movable> GeneralisedCrossValidation<'c, 'd, C> {
     ///
     /// # Errors
     /// `InvalidArgument` (times so unequal that the arithmetic overflows or underflows).
-    pub(crate) fn flat(&self, lambda: f64) -> Result<SmoothingPreconditioner> {
-        SmoothingPreconditioner::new(self.chain.lengths(), self.weights.clone(), lambda)
+    pub(crate) fn flat(&self, lambda: f64) -> Result<FlatSmoothing> {
+        FlatSmoothing::new(self.chain.lengths(), self.weights.clone(), lambda)
     }
 
     /// `N` times the weighted sum of squared residuals, divided by the square of `N` minus the degrees of freedom.

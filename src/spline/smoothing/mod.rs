@@ -1,8 +1,8 @@
 //! Smoothing splines: curves near data.
 
+pub(crate) mod flat_smoothing;
 pub(crate) mod generalised_cross_validation;
 pub(crate) mod grouped;
 pub(crate) mod smoothing_equations;
-pub(crate) mod smoothing_preconditioner;
 pub(crate) mod smoothing_spline;
 pub(crate) mod straight;

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::smoothing_preconditioner::SmoothingPreconditioner;
+use super::flat_smoothing::FlatSmoothing;
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::work::Work;
 use crate::error::{Result, unless_interrupted};
@@ -22,7 +22,7 @@ use crate::threads;
 /// Microseconds of a logarithm of a rotation; 17 on St(4,2).
 const LOGARITHM: f64 = 3.0;
 
-/// Vectors computed per leg: distance, velocity, acceleration and the third vector.
+/// Vectors computed per leg: point defect, velocity defect, acceleration, third vector.
 const VECTORS: usize = 4;
 
 /// Number of past steps used by Anderson mixing.
@@ -155,7 +155,7 @@ const FAR: f64 = 2.8;
 const SEARCHES: f64 = 8.0;
 
 /// Work of evaluating the residuals of the equations.
-pub(crate) fn work_of_balance<C: Movable>(chain: &C) -> f64 {
+pub(crate) fn work_of_residual<C: Movable>(chain: &C) -> f64 {
     chain.lengths().len() as f64 * (chain.work_of_leg() + chain.work_of_knot())
 }
 
@@ -172,19 +172,20 @@ impl<C: Movable> SmoothingState<C> {
     }
 }
 
-/// The state of the iteration for a smoothing spline.
+/// The equations at the current state of the iteration for a smoothing spline.
 ///
-/// Steps are changes of the positions, the velocities and the derivatives; the latter are [scaled](SmoothingEquations::stretch).
+/// Steps are changes of positions, of velocities, and of accelerations and third vectors; the last two are
+/// [scaled](SmoothingEquations::stretch).
 pub(crate) struct SmoothingEquations<'d, C> {
     state: SmoothingState<C>,
     data: &'d SmoothingData,
-    flat: SmoothingPreconditioner,
+    flat: FlatSmoothing,
     misfit: f64,
     work: &'d Work,
 }
 
 /// Residuals of the equations, and the step that would solve them in flat space.
-struct Balance {
+struct SmoothingResidual {
     step: Vec<f64>,
     size: f64,
     misfit: f64,
@@ -198,21 +199,21 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
     pub(crate) fn new(
         chain: C,
         data: &'d SmoothingData,
-        flat: SmoothingPreconditioner,
+        flat: FlatSmoothing,
         work: &'d Work,
     ) -> Result<Self> {
         let motion = Motion::zeros(chain.size(), chain.lengths().len() + 1);
-        let mut fit = SmoothingEquations {
+        let mut equations = SmoothingEquations {
             work,
             state: SmoothingState { chain, motion },
             data,
             flat,
             misfit: 0.0,
         };
-        let leg_ends = LegEnds::flat(&fit.state.chain, &fit.state.motion, VECTORS)?;
-        let start = fit.balance_of(&fit.state, leg_ends)?;
-        fit.state = fit.advanced(1.0, &start.step)?;
-        Ok(fit)
+        let leg_ends = LegEnds::flat(&equations.state.chain, &equations.state.motion, VECTORS)?;
+        let start = equations.residual_of(&equations.state, leg_ends)?;
+        equations.state = equations.advanced(1.0, &start.step)?;
+        Ok(equations)
     }
 
     pub(crate) fn chain(&self) -> &C {
@@ -236,13 +237,13 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         let legs = self.state.chain.lengths().len() as f64;
         let tolerance = tolerance.max(ROUND_OFF * legs * legs.sqrt());
         let mut accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
-        let mut found = self.balance(&self.state, accuracy)?;
+        let mut found = self.residual(&self.state, accuracy)?;
         let (mut mixing, mut newton, mut iterations) = (Anderson::new(DEPTH), false, 0);
         let (mut least, mut failures) = (found.size, 0);
         let reason = loop {
             if found.size <= tolerance && accuracy.truncation > Accuracy::FULL.truncation {
                 accuracy = Accuracy::FULL;
-                found = self.balance(&self.state, accuracy)?;
+                found = self.residual(&self.state, accuracy)?;
                 continue;
             }
             if found.size <= tolerance {
@@ -297,10 +298,10 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         accuracy: Accuracy,
         share: f64,
         step: &[f64],
-    ) -> Result<Option<(SmoothingState<C>, Balance)>> {
+    ) -> Result<Option<(SmoothingState<C>, SmoothingResidual)>> {
         let moved = self.advanced(share, step);
         let found = moved.and_then(|state| {
-            let found = self.balance(&state, accuracy)?;
+            let found = self.residual(&state, accuracy)?;
             Ok((state, found))
         });
         let found = unless_interrupted(found)?;
@@ -326,16 +327,16 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
     fn descended(
         &self,
         accuracy: Accuracy,
-        here: &Balance,
-    ) -> Result<Option<(SmoothingState<C>, Balance)>> {
-        let base = self.balance(&self.state, accuracy)?.step;
+        here: &SmoothingResidual,
+    ) -> Result<Option<(SmoothingState<C>, SmoothingResidual)>> {
+        let base = self.residual(&self.state, accuracy)?.step;
         let size = norm(&self.state.motion.entries);
         let step = newton_step(&base, size, KRYLOV_SHARE, |share, direction| {
             if self.work.is_done() {
                 return Ok(None);
             }
             let beside = self.advanced(share, direction)?;
-            Ok(Some(self.balance(&beside, accuracy)?.step))
+            Ok(Some(self.residual(&beside, accuracy)?.step))
         })?;
         let found = backtracked(norm(&here.step), STEP_LENGTHS, |share| {
             if self.work.is_done() {
@@ -350,23 +351,27 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         Ok(found.map(|(state, _)| state))
     }
 
-    /// Factor by which derivatives are multiplied in steps. If the weight of the cost is large, derivatives are small, but they
-    /// must balance the data accurately. Data along `N` legs bend a curve by `N^2 / lambda` times their distances from
-    /// it.
+    /// Factor by which accelerations and third vectors are multiplied in steps. If the weight of the cost is large,
+    /// they are small, but they must balance the data accurately. Data along `N` legs bend a curve by `N^2 / lambda`
+    /// times their distances from it.
     fn stretch(&self) -> f64 {
         let legs = self.state.chain.lengths().len() as f64;
         (self.flat.lambda() / (legs * legs)).max(1.0)
     }
 
-    fn balance(&self, state: &SmoothingState<C>, accuracy: Accuracy) -> Result<Balance> {
+    fn residual(&self, state: &SmoothingState<C>, accuracy: Accuracy) -> Result<SmoothingResidual> {
         let chain = &state.chain;
         let legs = chain.lengths().len() as f64;
         self.work.count(legs * chain.work_of_knot());
         let leg_ends = LegEnds::of(chain, &state.motion, VECTORS, accuracy, self.work)?;
-        self.balance_of(state, leg_ends)
+        self.residual_of(state, leg_ends)
     }
 
-    fn balance_of(&self, state: &SmoothingState<C>, leg_ends: LegEnds) -> Result<Balance> {
+    fn residual_of(
+        &self,
+        state: &SmoothingState<C>,
+        leg_ends: LegEnds,
+    ) -> Result<SmoothingResidual> {
         let SmoothingState { chain, motion } = state;
         let (d, lengths) = (chain.size(), chain.lengths());
         let mut pulls = vec![0.0; state.count()];
@@ -402,7 +407,7 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         let stretch = self.stretch();
         step.extend(velocities);
         step.extend(derivatives.iter().map(|x| stretch * x));
-        Ok(Balance { step, size, misfit })
+        Ok(SmoothingResidual { step, size, misfit })
     }
 
     /// Length of the shorter leg at a knot.

@@ -20,7 +20,7 @@ use faer::{Mat, MatRef};
 
 use super::generalised_cross_validation::GeneralisedCrossValidation;
 use super::grouped::Grouped;
-use super::smoothing_equations::{SmoothingData, SmoothingEquations, work_of_balance};
+use super::smoothing_equations::{SmoothingData, SmoothingEquations, work_of_residual};
 use super::straight::Straight;
 use crate::cubic::{IntegrationOptions, RiemannianCubic};
 use crate::curve::Curve;
@@ -399,7 +399,9 @@ fn solve<C: Movable>(
     options: &SmoothingOptions<'_>,
 ) -> Result<SolvedSmoothing> {
     let (chain, seem) = (through(points)?, appearance(options.quotient, points));
-    let work = options.spline().work(TRIALS, work_of_balance(&chain), seem);
+    let work = options
+        .spline()
+        .work(TRIALS, work_of_residual(&chain), seem);
     let validation = GeneralisedCrossValidation::new(&chain, data, &work)?;
     let lambda = match lambda {
         Some(lambda) => lambda,

@@ -4,7 +4,7 @@ use faer::MatRef;
 
 use super::subspace_problem::{SOLVER, SubspaceData, SubspaceProblem, check};
 use crate::cubic::boundary::random::Random;
-use crate::cubic::boundary::search::{FoundCubic, SEARCH_WORK};
+use crate::cubic::boundary::search::{DistinctSolutions, SEARCH_WORK};
 use crate::cubic::boundary::solver::scattered;
 use crate::cubic::{RiemannianCubic, SearchOptions};
 use crate::curve::Curve;
@@ -112,14 +112,14 @@ fn all_between_lines(
 }
 
 /// The solutions, and the report of the last start that led to none.
-type Searched = (FoundCubic<ChainSolution>, SolverReport);
+type Searched = (DistinctSolutions<ChainSolution>, SolverReport);
 
 fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<Searched> {
     let (chain, ends) = (&problem.chain, &problem.ends);
     let work = problem.work();
     work.allow(SEARCH_WORK);
     let effort = Effort::new(&problem.options, &work);
-    let mut found = FoundCubic::new(options.distinct);
+    let mut found = DistinctSolutions::new(options.distinct);
     let mut try_start = |start: ChainStart| -> Result<()> {
         if let Some(solution) = solved(chain, ends, start, effort)? {
             found.add((solution.motion.derivatives(0).to_vec(), solution));

@@ -1,4 +1,5 @@
-//! The curve of a leg as Taylor polynomials of a cubic: points, and the vectors of the equation.
+//! The curve of a solved leg as one polynomial about its middle, from a series or from values at Gauss nodes: points, and the
+//! vectors of the equation.
 
 use faer::Mat;
 
@@ -13,7 +14,7 @@ use crate::space::{Homogeneous, in_space};
 
 /// The curve of a leg that starts with the given frame or the identity, from its polynomials; the tension is in the time
 /// of the leg.
-pub(crate) fn leg_taylor(
+pub(crate) fn leg_curve(
     polynomials: &Dense,
     leg: usize,
     frame: Option<&Mat<f64>>,

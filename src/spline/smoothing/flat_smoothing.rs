@@ -30,7 +30,7 @@ const LAMBDAS: [f64; 2] = [1e-100, 1e100];
 
 /// The matrix for given times, weights and `lambda`.
 #[derive(Clone)]
-pub(crate) struct SmoothingPreconditioner {
+pub(crate) struct FlatSmoothing {
     rows: Vec<Row<2>>,
     system: Tridiagonal<2>,
     weights: Vec<f64>,
@@ -39,7 +39,7 @@ pub(crate) struct SmoothingPreconditioner {
     pliancy: f64,
 }
 
-impl SmoothingPreconditioner {
+impl FlatSmoothing {
     /// Built for the sums of the weights at the knots.
     ///
     /// # Errors
@@ -51,7 +51,7 @@ impl SmoothingPreconditioner {
         let rows = rows(lengths, &weights, pull, pliancy);
         let system =
             Tridiagonal::new(&rows, ChainShape::Open).ok_or_else(|| too_unequal(lengths))?;
-        Ok(SmoothingPreconditioner {
+        Ok(FlatSmoothing {
             rows,
             system,
             weights,

@@ -1,6 +1,6 @@
 //! A state of a descent: the cost and its quadratic model, the steps of the model, and whether a step succeeded.
 
-use super::free_chain::{FreeChain, KnotState};
+use super::free_chain::{FreeChain, FreeChainState};
 use super::layout::ChainLayout;
 use crate::linalg::field::Field;
 use crate::solve::block_cholesky::SymmetricBlocks;
@@ -34,7 +34,7 @@ const HOPELESS: f64 = 1.0;
 
 /// The knots, and the quadratic model of the cost as a function of them.
 pub(crate) struct DescentState<T> {
-    state: KnotState<T>,
+    state: FreeChainState<T>,
     cost: f64,
     own_cost: f64,
     gradient: Vec<f64>,
@@ -64,8 +64,8 @@ impl<T> DescentState<T> {
 }
 
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
-    /// The current place, for legs with linear equations and forces.
-    pub(crate) fn place(&self) -> DescentState<T> {
+    /// The current state, for legs with linear equations and forces.
+    pub(crate) fn descent_state(&self) -> DescentState<T> {
         let [exact, flat] = self.second_derivatives();
         DescentState {
             state: self.state.clone(),
@@ -78,9 +78,9 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         }
     }
 
-    /// Returns to a place; the linear equations are not restored.
-    pub(crate) fn restore(&mut self, place: &DescentState<T>) {
-        self.state = place.state.clone();
+    /// Returns to a state; the linear equations are not restored.
+    pub(crate) fn restore(&mut self, state: &DescentState<T>) {
+        self.state = state.state.clone();
         self.set_knots();
         self.evaluate();
         self.set_forces();
