@@ -37,6 +37,7 @@ mod record;
 mod restored;
 mod riemannian_cubic;
 mod rotation_curve;
+mod rotation_data;
 mod smoothing;
 mod space;
 mod spline;
