@@ -12,9 +12,8 @@ const DIFFERENCE: f64 = 1e-7;
 /// The Newton step for `f = 0`, where `f` is the step of a fixed-point iteration, so that its derivative is near minus the
 /// identity.
 ///
-/// `size` is the norm of the unknowns, `tolerance` the relative residual to which the linear equations are solved, and `beside` returns
-/// `f` at a multiple of a unit vector from the unknowns, or `None` to stop. If it fails, the step so far is returned, for a
-/// line search to judge.
+/// `size` is the norm of the unknowns, `tolerance` the relative residual to which the linear equations are solved, and
+/// `beside` returns `f` at a multiple of a unit vector from the unknowns, or `None` to stop. `None` if `beside` fails.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -23,7 +22,7 @@ pub(crate) fn newton_step(
     size: f64,
     tolerance: f64,
     mut beside: impl FnMut(f64, &[f64]) -> Result<Option<Vec<f64>>>,
-) -> Result<Vec<f64>> {
+) -> Result<Option<Vec<f64>>> {
     let width = DIFFERENCE * size.max(1.0);
     let mut step = f.to_vec();
     let solved = Gmres::new(f.len()).try_solve(&mut step, tolerance, |direction, image| {
@@ -37,8 +36,7 @@ pub(crate) fn newton_step(
         }
         Result::Ok(())
     });
-    unless_interrupted(solved)?;
-    Ok(step)
+    Ok(unless_interrupted(solved)?.map(|()| step))
 }
 
 #[cfg(test)]
@@ -72,7 +70,7 @@ mod tests {
             let step = newton_step(&here, norm(&x), 1e-10, |share, direction| {
                 Ok(Some(f(&plus(&x, share, direction))))
             });
-            x = plus(&x, 1.0, &step.unwrap());
+            x = plus(&x, 1.0, &step.unwrap().unwrap());
         }
         for pair in sizes.windows(2) {
             assert!(pair[1] < 0.5 * pair[0] * pair[0], "{sizes:?}");
@@ -81,22 +79,17 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_leaves_the_step_so_far() {
+    fn a_failure_is_no_step() {
         let here = f(&[0.0; 3]);
-        let mut products = 0;
-        let step = newton_step(&here, 0.0, 1e-10, |share, direction| {
-            products += 1;
-            match products {
-                1 => Ok(Some(f(&plus(&[0.0; 3], share, direction)))),
-                _ => Err(Error::Overflow { quantity: "test" }),
-            }
-        });
-        // At zero the derivative is minus the identity, so that one product is enough for the whole step.
-        let gap = norm(&plus(&step.unwrap(), -1.0, &here));
-        assert!(gap < 1e-6, "{gap:e}");
-        let none = newton_step(&here, 0.0, 1e-10, |_, _| {
-            Err(Error::Overflow { quantity: "test" })
-        });
-        assert_eq!(none.unwrap(), [0.0; 3]);
+        let failure = || Error::Overflow { quantity: "test" };
+        let step = newton_step(&here, 0.0, 1e-10, |_, _| Err(failure()));
+        assert!(step.unwrap().is_none());
+        let interrupted = || Error::Interrupted { solver: "test" };
+        let step = newton_step(&here, 0.0, 1e-10, |_, _| Err(interrupted()));
+        assert!(matches!(step, Err(Error::Interrupted { .. })));
+        // Whoever stops takes the step of the fixed-point iteration.
+        let step = newton_step(&here, 0.0, 1e-10, |_, _| Ok(None));
+        let gap = norm(&plus(&step.unwrap().unwrap(), -1.0, &here));
+        assert!(gap < 1e-15, "{gap:e}");
     }
 }

@@ -170,7 +170,10 @@ impl<'p, 'c, C: Chain> ChainIteration<'p, 'c, C> {
         let step = match &self.method {
             Method::Flat => self.problem.flat_step(&self.found)?,
             Method::Linear(linear) => self.problem.linear_step(linear, &self.found),
-            Method::Krylov => self.krylov_step()?,
+            Method::Krylov => match self.krylov_step()? {
+                Some(step) => step,
+                None => return Ok(Some(StopReason::Stagnated)),
+            },
         };
         let newton = match self.method {
             Method::Flat => false,
@@ -244,7 +247,7 @@ impl<'p, 'c, C: Chain> ChainIteration<'p, 'c, C> {
 
     /// The Newton step: the flat step `g` has the same zeros as the equations, and its derivative is near minus the
     /// identity.
-    fn krylov_step(&mut self) -> Result<Vec<f64>> {
+    fn krylov_step(&mut self) -> Result<Option<Vec<f64>>> {
         let accuracy = DIFFERENCE_ACCURACY * self.found.size.min(1.0);
         self.accuracy = self.accuracy.finer(Accuracy::of_tolerance(accuracy));
         self.found = self.residual(&self.motion)?;

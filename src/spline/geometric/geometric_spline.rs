@@ -181,6 +181,9 @@ impl<'a> GeometricProblem<'a> {
                 let beside = self.residual(&plus(&velocities, share, direction))?;
                 Ok(Some(beside.step))
             })?;
+            let Some(step) = step else {
+                break StopReason::Stagnated;
+            };
             let better = backtracked(found.total, STEP_LENGTHS, |share| {
                 let trial = plus(&velocities, share, &step);
                 let found = self.try_residual(&trial)?;

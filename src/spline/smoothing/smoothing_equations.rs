@@ -338,6 +338,7 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
             let beside = self.advanced(share, direction)?;
             Ok(Some(self.residual(&beside, accuracy)?.step))
         })?;
+        let Some(step) = step else { return Ok(None) };
         let found = backtracked(norm(&here.step), STEP_LENGTHS, |share| {
             if self.work.is_done() {
                 return Ok(None);
