@@ -73,6 +73,12 @@ impl Work {
         self.done.fetch_add(work as u64, Ordering::Relaxed);
     }
 
+    /// Counts the products of the next iteration; returns whether it may begin.
+    pub(crate) fn may_go_on(&self, products: f64) -> bool {
+        self.count(of_products(products));
+        !self.is_done()
+    }
+
     /// Remaining work.
     pub(crate) fn left(&self) -> f64 {
         let [limit, done] = [&self.limit, &self.done].map(|x| x.load(Ordering::Relaxed) as f64);

@@ -166,16 +166,11 @@ fn end_from(
 }
 
 fn descend(chain: &Framed<'_>, start: FreeKnots, effort: Effort<'_>) -> Result<LeastCost> {
-    let may_go_on = |products: f64| {
-        effort.work.count(of_products(products));
-        !effort.work.is_done()
-    };
+    let may_go_on = |products| effort.work.may_go_on(products);
     let options = Options {
-        third_derivative: None,
         tolerance: TOLERANCE,
         max_iterations: MAX_STEPS,
-        may_go_on: &may_go_on,
-        interrupt: effort.interrupt,
+        ..effort.options(&may_go_on)
     };
     let descent = DescentProblem {
         layout: start.layout,

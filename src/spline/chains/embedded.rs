@@ -11,9 +11,8 @@ use crate::collocation::{self, Near};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::lazy_taylor::LazyTaylor;
 use crate::cubic::taylor::leg_curve::leg_curve;
-use crate::cubic::taylor::work::of_products;
 use crate::error::Result;
-use crate::legs::{Knots, Options};
+use crate::legs::Knots;
 use crate::linalg::product::entries;
 use crate::space::{Kind, in_space};
 use crate::spline::ends::{End, Ends};
@@ -95,17 +94,8 @@ pub(crate) trait InEmbedding: Chain {
             ends: &ends,
             tension: self.tension(),
         };
-        let may_go_on = |products: f64| {
-            effort.work.count(of_products(products));
-            !effort.work.is_done()
-        };
-        let options = Options {
-            third_derivative: None,
-            tolerance: effort.tolerance,
-            max_iterations: effort.max_iterations,
-            may_go_on: &may_go_on,
-            interrupt: effort.interrupt,
-        };
+        let may_go_on = |products| effort.work.may_go_on(products);
+        let options = effort.options(&may_go_on);
         let chain = collocation::EmbeddedChain {
             kind: self.kind(),
             points: &points,

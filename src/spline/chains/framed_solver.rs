@@ -18,7 +18,6 @@ use crate::cubic::taylor::lazy_taylor::LazyTaylor;
 use crate::cubic::taylor::leg_curve::leg_curve;
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
-use crate::cubic::taylor::work::of_products;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::legs::{Curves, Knots, Options};
@@ -191,16 +190,10 @@ impl Framed<'_> {
     ) -> Result<ChainSolution> {
         let knots = self.knots(ends);
         let third_derivative = |leg: usize, times: &[f64]| self.third_derivative(start, leg, times);
-        let may_go_on = |products: f64| {
-            effort.work.count(of_products(products));
-            !effort.work.is_done()
-        };
+        let may_go_on = |products| effort.work.may_go_on(products);
         let options = Options {
             third_derivative: (!is_flat).then_some(&third_derivative),
-            tolerance: effort.tolerance,
-            max_iterations: effort.max_iterations,
-            may_go_on: &may_go_on,
-            interrupt: effort.interrupt,
+            ..effort.options(&may_go_on)
         };
         let knot = space.dim() * (self.lengths().len() + 1);
         let mut motion = start.clone();

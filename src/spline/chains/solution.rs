@@ -9,7 +9,7 @@ use super::motion::Motion;
 use crate::cubic::taylor::work::Work;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::legs::Curves;
+use crate::legs::{Curves, Options};
 use crate::report::{SolverReport, StopReason};
 use crate::spline::options::SplineOptions;
 
@@ -30,6 +30,20 @@ impl<'a> Effort<'a> {
             max_iterations: options.max_iterations,
             work,
             interrupt: options.interrupt,
+        }
+    }
+
+    /// Options of a solver of chains that starts without third derivatives.
+    pub(crate) fn options<'o>(&self, may_go_on: &'o dyn Fn(f64) -> bool) -> Options<'o>
+    where
+        'a: 'o,
+    {
+        Options {
+            third_derivative: None,
+            tolerance: self.tolerance,
+            max_iterations: self.max_iterations,
+            may_go_on,
+            interrupt: self.interrupt,
         }
     }
 

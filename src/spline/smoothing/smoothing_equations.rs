@@ -6,6 +6,7 @@ use super::flat_smoothing::FlatSmoothing;
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::work::Work;
 use crate::error::{Result, unless_interrupted};
+use crate::legs::{End, Ends, Knots};
 use crate::linalg::field::add;
 use crate::manifold::Grassmann;
 use crate::manifold::Stiefel;
@@ -179,6 +180,8 @@ impl<C: Movable> SmoothingState<C> {
 pub(crate) struct SmoothingEquations<'d, C> {
     state: SmoothingState<C>,
     data: &'d SmoothingData,
+    /// Without acceleration.
+    ends: Ends,
     flat: FlatSmoothing,
     misfit: f64,
     work: &'d Work,
@@ -205,6 +208,7 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         let motion = Motion::zeros(chain.size(), chain.lengths().len() + 1);
         let mut equations = SmoothingEquations {
             work,
+            ends: Ends::Open([(); 2].map(|()| End::Acceleration(vec![0.0; chain.size()]))),
             state: SmoothingState { chain, motion },
             data,
             flat,
@@ -389,16 +393,13 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
             add(&mut pulls[d * knot..], *weight, away);
         }
         let (mut step, change) = self.flat.step(chain, motion, &leg_ends, &pulls)?;
-        let mut jumps = vec![0.0; state.count()];
-        for (leg, h) in lengths.iter().enumerate() {
-            let (before, after) = jumps[d * leg..].split_at_mut(d);
-            add(before, -h.powi(-2), &motion.derivatives(leg)[..d]);
-            add(after, h.powi(-2), leg_ends.vector(leg, 2));
-        }
+        let knots = Knots::of_points(lengths, &self.ends);
+        let accelerations = |leg: usize| [&motion.derivatives(leg)[..d], leg_ends.vector(leg, 2)];
+        let jumps = knots.jumps::<f64>(d, accelerations);
         let mut size = leg_ends.defect;
         let each = jumps.chunks_exact(d).zip(step.chunks_exact(d)).enumerate();
         for (knot, (jump, shift)) in each {
-            let h = self.shortest(knot);
+            let h = knots.shortest(knot);
             // NaN is propagated.
             for part in [square(shift).sqrt(), h * h * square(jump).sqrt()] {
                 size = if part <= size { size } else { part };
@@ -409,14 +410,5 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         step.extend(velocities);
         step.extend(derivatives.iter().map(|x| stretch * x));
         Ok(SmoothingResidual { step, size, misfit })
-    }
-
-    /// Length of the shorter leg at a knot.
-    fn shortest(&self, knot: usize) -> f64 {
-        let lengths = self.state.chain.lengths();
-        let from = knot.saturating_sub(1);
-        lengths[from..(knot + 1).min(lengths.len())]
-            .iter()
-            .fold(f64::INFINITY, |h, x| h.min(*x))
     }
 }
