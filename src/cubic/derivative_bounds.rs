@@ -48,7 +48,7 @@
 //! Grassmann and Stiefel manifolds and the underlying matrix trace inequalities", arXiv 2403.01879. The bound on
 //! brackets: Bottcher, Wenzel (2008), "The Frobenius norm and the commutator", Linear Algebra Appl. 429, 1864-1885.
 
-use faer::{Mat, MatRef, Scale};
+use faer::{Mat, Scale};
 
 use super::taylor::initial::Horizontal;
 use super::taylor::piecewise_taylor::PiecewiseTaylor;
@@ -201,17 +201,12 @@ impl<'a> Sampler<'a> {
     }
 
     fn at(&mut self, t: f64) -> CovariantSample {
-        let (k, m) = (self.taylor.blocks.k, self.taylor.blocks.m);
+        let k = self.taylor.blocks.k;
         let mut targets = self.coefficients.each_mut().map(Vec::as_mut_slice);
         self.taylor.vectors_into(t, &mut targets);
         self.coefficients[2].iter_mut().for_each(|x| *x *= 2.0);
-        let [x, a, second] = self.coefficients.each_ref().map(|entries| {
-            let (omega, normal) = entries.split_at(k * k);
-            Horizontal {
-                omega: MatRef::from_column_major_slice(omega, k, k).to_owned(),
-                normal: MatRef::from_column_major_slice(normal, m, k).to_owned(),
-            }
-        });
+        let vectors = self.coefficients.each_ref();
+        let [x, a, second] = vectors.map(|entries| Horizontal::of_entries(entries, k));
         let (jerk, snap) = match self.taylor.quotient() {
             Quotient::Frames => {
                 let bracket = x.bracket(&a);

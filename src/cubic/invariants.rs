@@ -3,7 +3,6 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::riemannian_cubic::RiemannianCubic;
-use super::taylor::initial::Horizontal;
 use super::taylor::state::State;
 use super::turning::bracket_of;
 use crate::curve::Curve;
@@ -116,7 +115,7 @@ impl RiemannianCubic {
     /// `Overflow`.
     pub fn energy(&self) -> Result<f64> {
         // <[x, x'], x> = 0, so the other part of the jerk does not contribute.
-        let [x, a, second] = self.vectors(self.taylor.ends()[0]);
+        let [x, a, second] = self.taylor.ends()[0].vectors();
         let energy = 0.5 * (a.inner(&a) + self.taylor.tension() * x.inner(&x)) - second.inner(&x);
         let energy = self.time_map.derivative(energy, 4);
         if energy.is_finite() {
@@ -144,7 +143,7 @@ impl RiemannianCubic {
         }
         let (r, k) = (self.taylor.r(), self.k());
         let start = self.taylor.ends()[0];
-        let [x, a, second] = self.vectors(start);
+        let [x, a, second] = start.vectors();
         let second = second.plus(-self.taylor.tension(), &x);
         let turning = &a.normal * x.normal.transpose() - &x.normal * a.normal.transpose();
         let first = match self.quotient() {
@@ -159,10 +158,7 @@ impl RiemannianCubic {
             (true, false) => second.normal[(j - k, i)],
             (false, false) => turning[(i - k, j - k)],
         });
-        let g = self.lifted(Mat::from_fn(r, r, |i, j| match j.checked_sub(k) {
-            None => start.s()[i + r * j],
-            Some(j) => start.e()[i + r * j],
-        }));
+        let g = self.lifted(start.frame().to_owned());
         let momentum = &g * self.in_curve_time(mu, 3) * g.transpose();
         check_range("momentum", momentum.as_ref())?;
         Ok(momentum)
@@ -181,14 +177,5 @@ impl RiemannianCubic {
             Some(frame) => frame * a,
             None => a,
         }
-    }
-
-    /// `x, x', x''` with respect to the time of the polynomials.
-    fn vectors(&self, state: &State) -> [Horizontal; 3] {
-        let (k, m) = (self.k(), self.taylor.r() - self.k());
-        std::array::from_fn(|i| Horizontal {
-            omega: Mat::from_fn(k, k, |row, col| state.omega(i)[row + k * col]),
-            normal: Mat::from_fn(m, k, |row, col| state.b(i)[row + m * col]),
-        })
     }
 }

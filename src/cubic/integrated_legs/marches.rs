@@ -5,7 +5,7 @@ use std::ops::Mul;
 use faer::{Mat, MatRef};
 
 use super::leg::LegMap;
-use crate::cubic::taylor::blocks::{BlockSeries, BlockSizes, Sizes};
+use crate::cubic::taylor::blocks::{BlockSeries, BlockSizes};
 use crate::cubic::taylor::initial::{Coordinates, Horizontal};
 use crate::cubic::taylor::march::{Accuracy, SHOOTING_STEPS, TaylorMarch, allowed_steps};
 use crate::cubic::taylor::state::State;
@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number, jacobian};
 use crate::linalg::lanes::{LANES, Lanes};
-use crate::space::{Kind, Quotient};
+use crate::space::Kind;
 
 /// Work of eight legs at once, in units of a single leg: at most half of what they cost one by one.
 const ABREAST_WORK: f64 = 4.0;
@@ -333,25 +333,12 @@ pub(crate) fn arrival(
     passage.work.count(steps);
     arrived?;
     state.store(blocks, &march.series, 1.0);
-    let Sizes { m, k, .. } = blocks;
-    let point = MatRef::from_column_major_slice(state.s(), m + k, k);
-    let normals = MatRef::from_column_major_slice(state.e(), m + k, m);
-    let horizontal = |derivative: usize| Horizontal {
-        omega: MatRef::from_column_major_slice(state.omega(derivative), k, k).to_owned(),
-        normal: MatRef::from_column_major_slice(state.b(derivative), m, k).to_owned(),
-    };
-    let [x, first, second] = [0, 1, 2].map(horizontal);
-    let jerk = match kind.quotient {
-        Quotient::Frames => second.plus_bracket(0.5, &x, &first),
-        Quotient::Subspaces => second,
-    };
+    let (point, normals) = state.frame().split_at_col(blocks.k);
+    let vectors = state.vectors();
+    let jerk = Horizontal::jerk(kind.quotient, vectors.each_ref());
     let tangent = |x: &Horizontal| point * &x.omega + normals * &x.normal;
-    let all = [
-        point.to_owned(),
-        tangent(&x),
-        tangent(&first),
-        tangent(&jerk),
-    ];
+    let [v, a, _] = &vectors;
+    let all = [point.to_owned(), tangent(v), tangent(a), tangent(&jerk)];
     Ok(all.map(|low| match &frame {
         Some(frame) => frame * low,
         None => low,

@@ -80,7 +80,7 @@ impl Collocated {
         let Some((nodes, x, frames)) = resolved(taylor) else {
             return Ok(None);
         };
-        let back = frame(&taylor.first);
+        let back = taylor.first.frame();
         let size = taylor.r() * blocks.k;
         let coordinates = x.each_ref().map(|x| {
             let mut all = vec![0.0; nodes.len() * blocks.dim()];
@@ -110,7 +110,7 @@ impl Collocated {
         Ok(Some(Collocated {
             through: Barycentric::new(&nodes),
             frames,
-            end: &flow.frame * (back.transpose() * frame(&taylor.last)),
+            end: &flow.frame * (back.transpose() * taylor.last.frame()),
             inside,
             rows,
         }))
@@ -390,7 +390,7 @@ fn vectors_at(taylor: &PiecewiseTaylor, times: &[f64]) -> [Vec<f64>; 3] {
 /// Frames at the nodes relative to the one at the start: the points, and normals with `N' = -S b^T`.
 fn frames(taylor: &PiecewiseTaylor, nodes: &Nodes, x: &[f64]) -> Vec<Mat<f64>> {
     let Sizes { m, k, .. } = taylor.blocks;
-    let start = frame(&taylor.first);
+    let start = taylor.first.frame();
     let (r, rows, size) = (taylor.r(), taylor.rows(), taylor.r() * m);
     let mut points: Vec<Mat<f64>> = Vec::with_capacity(nodes.len());
     let mut rates = Vec::with_capacity(nodes.len() * size);
@@ -420,14 +420,4 @@ fn frames(taylor: &PiecewiseTaylor, nodes: &Nodes, x: &[f64]) -> Vec<Mat<f64>> {
         })
     })
     .collect()
-}
-
-/// The frame of a state: its first `k` and its other columns.
-fn frame(state: &State) -> Mat<f64> {
-    let Sizes { m, k, .. } = state.blocks;
-    let (r, s, e) = (m + k, state.s(), state.e());
-    Mat::from_fn(r, r, |i, j| match j.checked_sub(k) {
-        None => s[i + r * j],
-        Some(j) => e[i + r * j],
-    })
 }

@@ -82,21 +82,12 @@ impl LinearFlow {
 
     /// Built from the start of a curve in the coordinates of a basis.
     pub(crate) fn of_taylor(start: &State, basis: Option<Mat<f64>>) -> Self {
-        let Sizes { m, k, quotient, .. } = start.blocks;
-        let r = m + k;
-        let horizontal = |order: usize| Horizontal {
-            omega: MatRef::from_column_major_slice(start.omega(order), k, k).to_owned(),
-            normal: MatRef::from_column_major_slice(start.b(order), m, k).to_owned(),
-        };
-        let [velocity, acceleration, second] = [0, 1, 2].map(horizontal);
-        // j = x'' + [x, x']_m / 2.
-        let jerk = match quotient {
-            Quotient::Frames => second.plus_bracket(0.5, &velocity, &acceleration),
-            Quotient::Subspaces => second,
-        };
+        let (quotient, vectors) = (start.blocks.quotient, start.vectors());
+        let jerk = Horizontal::jerk(quotient, vectors.each_ref());
+        let [velocity, acceleration, _] = vectors;
         Self::of_data(InitialData {
             frame: basis,
-            g: MatRef::from_column_major_slice(&start.entries[..r * r], r, r).to_owned(),
+            g: start.frame().to_owned(),
             velocity,
             acceleration,
             jerk,

@@ -30,6 +30,24 @@ impl Horizontal {
         }
     }
 
+    /// The vector with the entries of `omega`, then those of `normal`, both in column-major order.
+    pub(crate) fn of_entries(entries: &[f64], k: usize) -> Self {
+        let (omega, normal) = entries.split_at(k * k);
+        let m = normal.len() / k;
+        Horizontal {
+            omega: MatRef::from_column_major_slice(omega, k, k).to_owned(),
+            normal: MatRef::from_column_major_slice(normal, m, k).to_owned(),
+        }
+    }
+
+    /// The covariant jerk `x'' + [x, x']_m / 2` for the third vector `x''`; for subspaces `[m, m]` is contained in `h`.
+    pub(crate) fn jerk(quotient: Quotient, [x, a, third]: [&Self; 3]) -> Self {
+        match quotient {
+            Quotient::Frames => third.clone().plus_bracket(0.5, x, a),
+            Quotient::Subspaces => third.clone(),
+        }
+    }
+
     /// The vector of `m` that corresponds to the tangent vector `v` at the first `k` columns of `g`; shapes `(r, r)`
     /// and `(r, k)`.
     pub(crate) fn of_tangent(g: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Self {

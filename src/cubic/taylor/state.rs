@@ -4,6 +4,7 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::blocks::{BlockSeries, BlockSizes, Sizes};
 use super::initial::{Horizontal, add_bracket};
+use crate::linalg::product::columns;
 
 /// Frame and derivatives of a cubic at one time, blocks in column-major order.
 #[derive(Debug, Clone)]
@@ -101,6 +102,18 @@ impl State {
     pub(crate) fn b(&self, derivative: usize) -> &[f64] {
         let Sizes { m, k, .. } = self.blocks;
         &self.entries[self.vector(derivative) + k * k..][..m * k]
+    }
+
+    /// `x, x', x''`.
+    pub(crate) fn vectors(&self) -> [Horizontal; 3] {
+        let Sizes { m, k, .. } = self.blocks;
+        [0, 1, 2].map(|i| Horizontal::of_entries(&self.entries[self.vector(i)..][..(m + k) * k], k))
+    }
+
+    /// The frame, shape `(r, r)`.
+    pub(crate) fn frame(&self) -> MatRef<'_, f64> {
+        let r = self.blocks.m + self.blocks.k;
+        columns(&self.entries[..r * r], r)
     }
 
     /// Index at which `x` or a derivative begins.
