@@ -188,12 +188,14 @@ class RotationSpline(RotationMotion):
         """
         if kind not in KINDS:
             raise InvalidInputError(f"kind: expected one of {KINDS}, found {kind!r}")
+        beyond = extrapolate if extrapolate is None else flag("extrapolate", extrapolate)
         member = RotationCurve.of_curve(curve)
         if not isinstance(curve.manifold, Stiefel):
             raise InvalidInputError(f"curve: expected a curve on St(3, 3), found one on {curve.manifold!r}")
-        beyond = curve.extrapolate if extrapolate is None else extrapolate
+        if beyond not in {None, curve.extrapolate}:
+            member = RotationCurve.of_curve(_continued(curve, beyond))
         self = cls.__new__(cls)
-        self._set(RotationCurves((member,), (), len(member.t), flag("extrapolate", beyond)), kind, None)
+        self._set(RotationCurves((member,), (), len(member.t), member.curve.extrapolate), kind, None)
         return self
 
     @classmethod
@@ -341,6 +343,14 @@ class RotationSpline(RotationMotion):
         members = list(zip(times, S, V, strict=True))
         curves = each_curve(lambda *each: CubicHermite(*each, **options), members, quaternions.shape[:-2])
         return cls._made(curves, quaternions, kind, extrapolate)
+
+
+def _continued(curve: Curve, extrapolate: object) -> Curve:
+    """Return the same curve that continues its end pieces, or raises beyond them."""
+    reduced: Any = curve.__reduce__()
+    restore, (form,) = reduced
+    continued: Curve = restore({**form, "extrapolate": np.array([float(bool(extrapolate))])})
+    return continued
 
 
 def _axes(quaternions: Array) -> tuple[tuple[int, ...], int]:

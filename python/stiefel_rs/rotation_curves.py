@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from ._core import RotationCurve
 
 Curve = TypeVar("Curve")
+
+# Arguments of a batch that all members share.
+SHARED: Final = ("lam", "weights", "tol", "max_iterations", "num_threads")
 
 
 @dataclass(frozen=True)
@@ -143,13 +146,23 @@ def each_member(t: ArrayLike, quaternions: Array) -> list[tuple[Any, Array]]:
 
 
 def each_curve(make: Callable[..., Curve], members: Sequence[tuple[Any, ...]], shape: tuple[int, ...]) -> list[Curve]:
-    """Return the curve of every spline of a batch of a given shape, one after another; errors name the member."""
+    """Return the curve of every spline of a batch of a given shape, one after another.
+
+    Errors name the member, except errors of arguments that all members share.
+    """
+    shared = SHARED if len({id(times) for times, *_ in members}) > 1 else (*SHARED, "t")
     curves = []
     for i, member in enumerate(members):
         try:
             curves.append(make(*member))
         except StiefelError as error:
-            if shape:
+            if shape and argument_of(error) not in shared:
                 error.args = (f"{error.args[0]} (batch member {i})", *error.args[1:])
             raise
     return curves
+
+
+def argument_of(error: StiefelError) -> str:
+    """Return the name of the argument that an error is about, which follows the knot in its message."""
+    first, *rest = str(error).split(":")
+    return rest[0].strip() if rest and error.knot is not None else first

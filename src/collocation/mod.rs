@@ -1,11 +1,13 @@
 //! Riemannian cubics at Gauss nodes: integrals of the polynomials through the nodes turn their equations into integral
 //! equations of the second kind, with a smoothing kernel.
 //!
-//! Chains of legs between knots ([`EmbeddedChain`]) are solved in the embedding: the unknowns are the fourth derivatives of the
-//! matrices `S` at the nodes of every leg and the velocities at the knots, and nothing is differentiated.
+//! Chains of legs between knots ([`EmbeddedChain`]) are solved in the embedding: the unknowns are the fourth
+//! derivatives of the matrices `S` at the nodes of every leg and the velocities at the knots, and nothing is
+//! differentiated.
 //!
 //! Single cubics between given ends are solved in frames by Newton's method ([`solve_between_ends`]), and so are the
-//! linearised equations along them ([`LinearBoundary`]); `x'''` at the nodes, `x'` and `x''` at the start are the unknowns:
+//! linearised equations along them ([`LinearBoundary`]); `x'''` at the nodes, `x'` and `x''` at the start are the
+//! unknowns:
 //!
 //! ```math
 //! x''' = [x'', x]_m - [[x, x']_h, x],\qquad g = g_0 + \int_0^s g\,x,\qquad x = x_0 + x_0' s + \tfrac12 x_0'' s^2 + \iiint x'''

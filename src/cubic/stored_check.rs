@@ -1,7 +1,7 @@
 //! Checks that stored numbers form a curve: points on the manifold, consistent velocities, steps and ends that join.
 //!
-//! A curve consists, for each step, of a power series of the point and one of `x`, and of a state at both ends. With `S'
-//! = S Omega + K` the series are consistent if
+//! A curve consists, for each step, of a power series of the point and one of `x`, and of a state at both ends. With
+//! `S' = S Omega + K` the series are consistent if
 //!
 //! ```math
 //! S^T S = I,\qquad S^T S' = \Omega,\qquad K^T K = B^T B

@@ -8,8 +8,8 @@ use crate::error::Result;
 /// The residual must decrease by this fraction of the decrease that the linear model predicts.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// The first of the shares `1, 1/2, 1/4, ...` of a Newton step, `trials` at most, that reduces the norm of the residual, and
-/// what `trial` returns for it: a state, and the norm there.
+/// The first of the shares `1, 1/2, 1/4, ...` of a Newton step, `trials` at most, that reduces the norm of the
+/// residual, with the state there; `trial` returns the state and the norm for a share.
 ///
 /// ```math
 /// |F(x + \lambda s)| \le (1 - 10^{-4} \lambda) |F(x)|

@@ -9,11 +9,12 @@ use crate::error::{Result, unless_interrupted};
 /// Step of difference quotients, relative to the unknowns.
 const DIFFERENCE: f64 = 1e-7;
 
-/// The Newton step for `f = 0`, where `f` is the step of a fixed-point iteration, so that its derivative is near minus the
-/// identity.
+/// The Newton step for `f = 0`, where `f` is the step of a fixed-point iteration, so that its derivative is near minus
+/// the identity.
 ///
 /// `size` is the norm of the unknowns, `tolerance` the relative residual to which the linear equations are solved, and
-/// `beside` returns `f` at a multiple of a unit vector from the unknowns, or `None` to stop. `None` if `beside` fails.
+/// `beside` returns `f` at a multiple of a unit vector from the unknowns, or `None` to stop: then the derivative counts as
+/// minus the identity. No step if `beside` fails.
 ///
 /// # Errors
 /// `Interrupted`.

@@ -7,8 +7,8 @@
 //! decays by at least one half per knot.
 //!
 //! # Source
-//! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.5.1; de Boor (2001), "A Practical Guide to Splines", ch. IV,
-//! for the system of cubic splines.
+//! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.5.1; de Boor (2001), "A Practical Guide to Splines",
+//! ch. IV, for the system of cubic splines.
 
 use super::direction::Direction;
 use crate::error::Result;
@@ -45,8 +45,8 @@ impl Isometries for Unturned {
     }
 }
 
-/// Number of knots by which a closed chain is unrolled at both ends: their influence decays as `2^-j` at worst, to 6e-14,
-/// and as `(2 - 3^(1/2))^j` for equal legs.
+/// Number of knots by which a closed chain is unrolled at both ends: their influence decays as `2^-j` at worst, to
+/// 6e-14, and as `(2 - 3^(1/2))^j` for equal legs.
 const UNROLLED: usize = 44;
 
 /// Numbers of a block, indexed by the fields of a knot.

@@ -24,11 +24,16 @@ pub(crate) struct Joint {
     pub(crate) turn: Option<Mat<f64>>,
 }
 
-/// Quasi-geodesics between neighbours, or geodesics between their spans.
+/// What `finish` makes of the quasi-geodesics between neighbours, or of the geodesics between their spans.
 ///
 /// # Errors
-/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, wrapped in `AtKnot` of the first of the two knots.
-pub(crate) fn joints(points: &[Mat<f64>], quotient: Quotient) -> Result<Vec<Joint>> {
+/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle` and the errors of `finish`, wrapped in `AtKnot`
+/// of the first of the two knots.
+pub(crate) fn joints<T: Send>(
+    points: &[Mat<f64>],
+    quotient: Quotient,
+    finish: impl Fn(Joint) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
     let (n, k) = points[0].shape();
     threads::map(
         points.len() - 1,
@@ -36,7 +41,7 @@ pub(crate) fn joints(points: &[Mat<f64>], quotient: Quotient) -> Result<Vec<Join
         || EndpointProblem::new(n, k),
         |problem, knot| {
             let [first, last] = [knot, knot + 1].map(|knot| points[knot].as_ref());
-            let joint = joint(first, last, quotient, problem);
+            let joint = joint(first, last, quotient, problem).and_then(&finish);
             joint.map_err(|error| error.at_knot(knot))
         },
     )
@@ -45,7 +50,7 @@ pub(crate) fn joints(points: &[Mat<f64>], quotient: Quotient) -> Result<Vec<Join
 /// The curve from one point to another.
 ///
 /// # Errors
-/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
+/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle`.
 pub(crate) fn joint(
     first: MatRef<'_, f64>,
     last: MatRef<'_, f64>,

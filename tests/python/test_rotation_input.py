@@ -310,6 +310,10 @@ def test_curves_end_where_their_splines_do(extrapolate, data, tmp_path):
         curve.save(tmp_path / "curve.npz")
         again = RotationSpline.from_curve(load(tmp_path / "curve.npz"))
         assert again.extrapolate == extrapolate
+        other = RotationSpline.from_curve(curve, extrapolate=not extrapolate)
+        assert other.extrapolate == other.curve.extrapolate == (not extrapolate)
+        assert np.array_equal(other(t), again(t))
+        assert repr(other.curve.report) == repr(curve.report)
     beyond = splines[0](t[-1] + 0.5, extrapolate=True)
     assert np.array_equal(beyond, RotationSpline(t, quaternions)(t[-1] + 0.5))
 
@@ -323,6 +327,18 @@ def test_errors_of_batches_name_the_member(data):
         rates = np.zeros((3, 4, 3))
         call = (lambda t, q: RotationSpline.hermite(t, q, rates)) if name == "hermite" else make  # noqa: B023
         refuse(r"\(batch member 1\)", call, times, batch, knot=2)
-        # A batch of one spline is a batch too.
-        if name != "hermite":
-            refuse(r"\(batch member 0\)", call, times[1:2], batch[:1], knot=2)
+
+
+def test_errors_of_shared_arguments_name_no_member(data):
+    t, quaternions = data
+    batch, rates = np.array([quaternions] * 3), np.zeros((3, 4, 3))
+    for make in (
+        lambda: RotationSpline.smoothing(t, batch, lam=-1.0),
+        lambda: RotationSpline.smoothing(t, batch, weights=[1.0, 1, 1, -1]),
+        lambda: RotationSpline.smoothing(t[::-1], batch),
+        lambda: RotationSpline.hermite(t, batch, rates, num_threads=0),
+        lambda: RotationSpline.hermite(t[::-1], batch, rates),
+    ):
+        with pytest.raises(InvalidInputError) as caught:
+            make()
+        assert "member" not in str(caught.value)

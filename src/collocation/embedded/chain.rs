@@ -101,7 +101,7 @@ impl EmbeddedChain<'_> {
             false => StopReason::Diverged,
         };
         let solved = SolvedChain {
-            legs: iteration.links.into_iter().map(|link| link.leg).collect(),
+            legs: iteration.legs.into_iter().map(|swept| swept.leg).collect(),
             lengths: self.knots.lengths.to_vec(),
             velocities: iteration.velocities,
             pairs: iteration.pairs,
@@ -130,7 +130,7 @@ struct SweptLeg {
 /// The state of the iteration.
 struct EmbeddedIteration<'c> {
     chain: &'c EmbeddedChain<'c>,
-    links: Vec<SweptLeg>,
+    legs: Vec<SweptLeg>,
     /// Point and velocity at each knot, shape `(n, 2k)`.
     pairs: Vec<Mat<f64>>,
     velocities: Vec<f64>,
@@ -149,7 +149,7 @@ impl<'c> EmbeddedIteration<'c> {
         let ((n, k), EmbeddedChain { kind, knots, .. }) = (chain.shape(), chain);
         let r = if chain.is_direct() { n } else { LEVELS * k };
         let few = Clamped::few();
-        let link = |h: &f64| SweptLeg {
+        let swept = |h: &f64| SweptLeg {
             leg: ClampedLeg::new([r, k], *kind, knots.tension * h * h, &few),
             change: f64::INFINITY,
         };
@@ -159,7 +159,7 @@ impl<'c> EmbeddedIteration<'c> {
             pair
         };
         let mut iteration = EmbeddedIteration {
-            links: knots.lengths.iter().map(link).collect(),
+            legs: knots.lengths.iter().map(swept).collect(),
             pairs: chain.points.iter().map(pair).collect(),
             velocities: at_rest(chain),
             jumps: vec![0.0; knots.count() * n * k],
@@ -170,7 +170,7 @@ impl<'c> EmbeddedIteration<'c> {
         };
         if chain.kind.quotient == Quotient::Subspaces {
             for (SweptLeg { leg, .. }, points) in
-                iteration.links.iter_mut().zip(chain.points.windows(2))
+                iteration.legs.iter_mut().zip(chain.points.windows(2))
             {
                 leg.set_turn(alignment(points[0].as_ref(), points[1].as_ref())?.as_ref());
             }
@@ -196,7 +196,7 @@ impl<'c> EmbeddedIteration<'c> {
         if !self.refine(|leg| nodes(COARSE, leg.largest_speed(), MOST + 1)) {
             return Ok(false);
         }
-        for (i, SweptLeg { leg, .. }) in self.links.iter_mut().enumerate() {
+        for (i, SweptLeg { leg, .. }) in self.legs.iter_mut().enumerate() {
             let is_direct = self.chain.is_direct();
             if !is_direct && self.chain.kind.quotient == Quotient::Frames {
                 continue;
@@ -234,7 +234,7 @@ impl<'c> EmbeddedIteration<'c> {
                 return Ok(StopReason::Diverged);
             }
             let more = |leg: &ClampedLeg| if leg.tail() <= TAIL { 0 } else { MORE };
-            if self.links.iter().all(|link| more(&link.leg) == 0) {
+            if self.legs.iter().all(|swept| more(&swept.leg) == 0) {
                 return Ok(reason);
             }
             is_fine = self.refine(|leg| leg.nodes.count() + more(leg));
@@ -245,13 +245,13 @@ impl<'c> EmbeddedIteration<'c> {
     /// Whether the legs lie on the manifold.
     fn is_on_manifold(&mut self) -> bool {
         let scratch = &mut self.scratch;
-        let mut legs = self.links.iter();
-        legs.all(|link| link.leg.defect(scratch) <= ON_MANIFOLD)
+        let mut legs = self.legs.iter();
+        legs.all(|swept| swept.leg.defect(scratch) <= ON_MANIFOLD)
     }
 
     /// Takes legs to more nodes; `false` if there are not so many.
     fn refine(&mut self, count: impl Fn(&ClampedLeg) -> usize + Sync) -> bool {
-        for SweptLeg { leg, .. } in &mut self.links {
+        for SweptLeg { leg, .. } in &mut self.legs {
             match Clamped::at_least(count(leg)) {
                 Some(finer) if finer.count() > leg.nodes.count() => *leg = leg.on_nodes(&finer),
                 Some(_) => {}
@@ -280,7 +280,7 @@ impl<'c> EmbeddedIteration<'c> {
             self.set_jumps();
             let jump = self.chain.knots.largest_jump(&self.jumps, self.vector());
             self.size = larger(self.size, jump);
-            let derivative = self.links.iter().map(|link| link.leg.largest());
+            let derivative = self.legs.iter().map(|swept| swept.leg.largest());
             let goal = progress.set(self.size, derivative.fold(0.0, larger), tolerance);
             if self.size <= goal {
                 return Ok(StopReason::Converged);
@@ -328,12 +328,12 @@ impl<'c> EmbeddedIteration<'c> {
 
     /// The fourth derivatives of all legs.
     fn fourth_derivatives(&self) -> Vec<f64> {
-        let legs = self.links.iter().flat_map(|link| &link.leg.f);
+        let legs = self.legs.iter().flat_map(|swept| &swept.leg.f);
         legs.flat_map(|f| f.0).collect()
     }
 
     fn set_fourth_derivatives(&mut self, values: impl Iterator<Item = f64>) {
-        let legs = self.links.iter_mut().flat_map(|link| &mut link.leg.f);
+        let legs = self.legs.iter_mut().flat_map(|swept| &mut swept.leg.f);
         for (f, value) in legs.flat_map(|f| &mut f.0).zip(values) {
             *f = value;
         }
@@ -347,7 +347,7 @@ impl<'c> EmbeddedIteration<'c> {
 
     /// Number of products of a sweep.
     fn products_of_sweep(&self) -> f64 {
-        let legs = self.links.iter().map(|link| link.leg.multiplications());
+        let legs = self.legs.iter().map(|swept| swept.leg.multiplications());
         legs.sum()
     }
 
@@ -367,7 +367,7 @@ impl<'c> EmbeddedIteration<'c> {
         }
         let (pairs, lengths) = (&self.pairs, chain.knots.lengths);
         if chain.is_direct() {
-            for (i, SweptLeg { leg, .. }) in self.links.iter_mut().enumerate() {
+            for (i, SweptLeg { leg, .. }) in self.legs.iter_mut().enumerate() {
                 let data = [(i, 0), (i, k), (i + 1, 0), (i + 1, k)].map(|(knot, first)| {
                     let factor = if first == 0 { 1.0 } else { lengths[i] };
                     let columns = pairs[knot].as_ref().subcols(first, leg.equation.stored());
@@ -378,19 +378,19 @@ impl<'c> EmbeddedIteration<'c> {
             }
             return;
         }
-        each::<Four, _, _>(&mut self.links, &mut (), |(), i, SweptLeg { leg, .. }| {
+        each::<Four, _, _>(&mut self.legs, &mut (), |(), i, SweptLeg { leg, .. }| {
             leg.set_gram([&pairs[i], &pairs[i + 1]], lengths[i]);
         });
     }
 
     /// Sweeps along all legs; returns the largest change of the last sweep.
     fn sweep(&mut self, times: usize) -> f64 {
-        each::<Four, _, _>(&mut self.links, &mut self.scratch, |scratch, _, link| {
+        each::<Four, _, _>(&mut self.legs, &mut self.scratch, |scratch, _, swept| {
             for _ in 0..times {
-                link.change = link.leg.sweep(scratch);
+                swept.change = swept.leg.sweep(scratch);
             }
         });
-        let changes = self.links.iter().map(|link| link.change);
+        let changes = self.legs.iter().map(|swept| swept.change);
         changes.fold(0.0, larger)
     }
 
@@ -412,7 +412,7 @@ impl<'c> EmbeddedIteration<'c> {
         if let Some((End::Velocity(_), _)) = end {
             return;
         }
-        let stored = self.links[0].leg.equation.stored();
+        let stored = self.legs[0].leg.equation.stored();
         let (first, _) = jump.split_at_mut(chain.shape().0 * stored);
         for (leg, end, sign) in knots
             .legs_at(knot)
@@ -421,8 +421,8 @@ impl<'c> EmbeddedIteration<'c> {
             .zip([1.0, -1.0])
             .filter_map(|((leg, end), sign)| Some((leg?, end, sign)))
         {
-            let mut x = vec![0.0; self.links[leg].leg.data[0].len()];
-            let this = &self.links[leg].leg;
+            let mut x = vec![0.0; self.legs[leg].leg.data[0].len()];
+            let this = &self.legs[leg].leg;
             this.at_end(end, 0, &mut x);
             if end == 1 {
                 this.turn_back(&mut x);

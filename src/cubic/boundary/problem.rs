@@ -68,7 +68,8 @@ impl BoundaryProblem {
         })
     }
 
-    /// Point and velocity at the start, shape `(r, k)`: the first columns of the identity, and the tangent vector there.
+    /// Point and velocity at the start, shape `(r, k)`: the first columns of the identity, and the tangent vector
+    /// there.
     pub(crate) fn initial(&self) -> [Mat<f64>; 2] {
         self.relative_ends().initial()
     }
@@ -128,7 +129,8 @@ impl BoundaryProblem {
         2 * self.blocks().dim()
     }
 
-    /// Displacement and end velocity along the quasi-geodesic between the end points; `None` if no quasi-geodesic joins them.
+    /// Displacement and end velocity along the quasi-geodesic between the end points; `None` if no quasi-geodesic joins
+    /// them.
     ///
     /// # Errors
     /// `DifferentComponents`.
@@ -223,8 +225,8 @@ impl BoundaryProblem {
 }
 
 impl BoundaryProblem {
-    /// The larger distance of an end of a curve, as it is evaluated, from the given one: point, and velocity in its unit. NaN
-    /// is propagated.
+    /// The larger distance of an end of a curve, as it is evaluated, from the given one: point, and velocity in its
+    /// unit. NaN is propagated.
     pub(crate) fn distance(&self, taylor: &PiecewiseTaylor) -> f64 {
         let (rows, r, k) = (taylor.rows(), self.g.nrows(), self.k);
         let start = self.initial();

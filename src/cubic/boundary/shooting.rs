@@ -1,7 +1,7 @@
 //! Newton shooting for Riemannian cubics: from the end point and end velocity to the initial `x'` and `x''`.
 //!
-//! The exact derivatives of the [equations](crate::cubic::boundary::end_equations) come from the Taylor recurrence on [dual
-//! numbers](crate::linalg::dual). Problems with few unknowns use Newton's method. Larger ones use
+//! The exact derivatives of the [equations](crate::cubic::boundary::end_equations) come from the Taylor recurrence on
+//! [dual numbers](crate::linalg::dual). Problems with few unknowns use Newton's method. Larger ones use
 //! [Broyden's](super::broyden), which starts from one Jacobian of low order, or from the Jacobian of flat space if even
 //! one costs too much; if its steps fail, a Newton step is computed by GMRES from products with the derivative. At the
 //! end of a descent with many unknowns the chain itself provides the response of the start to a motion of the end.
@@ -72,9 +72,9 @@ const SINGLE_WORK: f64 = 2.0;
 /// this size.
 const RESPONSE_ACCURACY: f64 = 1e-9;
 
-/// Whether a problem with this many unknowns uses the response of a chain at rest. With it, 40 hard problems on St(4,2),
-/// (5,2), (6,3) and (10,3) take 1.14, 1.07, 1.02 and 1.20 times the instructions; without it, one of 60 on St(12,4) is not
-/// solved.
+/// Whether a problem with this many unknowns uses the response of a chain at rest. With it, 40 hard problems on
+/// St(4,2), (5,2), (6,3) and (10,3) take 1.14, 1.07, 1.02 and 1.20 times the instructions; without it, one of 60 on
+/// St(12,4) is not solved.
 pub(crate) fn takes_response(unknowns: usize) -> bool {
     unknowns > DENSE
 }

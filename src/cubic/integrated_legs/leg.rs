@@ -24,7 +24,7 @@ pub(crate) trait LegMap: Send {
     ///
     /// # Errors
     /// An error if the cubic cannot be integrated; `Interrupted`.
-    fn arrive_into(
+    fn ends_into(
         &mut self,
         start: &[f64],
         next: &[f64],
@@ -37,7 +37,7 @@ pub(crate) trait LegMap: Send {
     /// per leg. All legs use the shortest step.
     ///
     /// # Errors
-    /// As [`LegMap::arrive_into`], if one of the legs cannot be integrated.
+    /// As [`LegMap::ends_into`], if one of the legs cannot be integrated.
     fn arrive_abreast_into(
         &mut self,
         start: &[Vec<f64>; LANES],
@@ -50,7 +50,7 @@ pub(crate) trait LegMap: Send {
     /// The derivative of distance, velocity and acceleration with respect to the start, shape `(3d, 3d)`.
     ///
     /// # Errors
-    /// As [`LegMap::arrive_into`].
+    /// As [`LegMap::ends_into`].
     fn derivative(
         &mut self,
         start: &[f64],

@@ -5,8 +5,8 @@ use super::marches::IntegratedLegs;
 use crate::cubic::taylor::blocks::{BlockSizes as _, FixedSizes, Sizes};
 use crate::interrupt::Interrupt;
 
-/// Legs on `St(m + k, k)`. With sizes known only at run time, splines through 20 points at distances of 1.9 take 1.38 times as
-/// long on St(4,1), 1.28 on St(4,2), 1.14 on St(5,2), and just as long on St(2,1).
+/// Legs on `St(m + k, k)`. With sizes known only at run time, splines through 20 points at distances of 1.9 take 1.38
+/// times as long on St(4,1), 1.28 on St(4,2), 1.14 on St(5,2), and just as long on St(2,1).
 pub(crate) fn leg_of_blocks<'a>(blocks: Sizes, interrupt: Interrupt<'a>) -> Box<dyn LegMap + 'a> {
     if blocks.are_subspaces() || blocks.are_complex() {
         return Box::new(IntegratedLegs::<_, 8>::new(blocks, interrupt));

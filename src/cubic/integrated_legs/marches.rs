@@ -45,7 +45,7 @@ impl<'a, B: BlockSizes, const N: usize> IntegratedLegs<'a, B, N> {
 }
 
 impl<B: BlockSizes, const N: usize> LegMap for IntegratedLegs<'_, B, N> {
-    fn arrive_into(
+    fn ends_into(
         &mut self,
         start: &[f64],
         next: &[f64],
@@ -313,7 +313,7 @@ pub(crate) struct Passage<'a> {
 ///
 /// # Errors
 /// An error if the cubic cannot be integrated; `Interrupted`.
-pub(crate) fn arrival(
+pub(crate) fn end_of_leg(
     s: MatRef<'_, f64>,
     [v, a, j]: [MatRef<'_, f64>; 3],
     passage: &Passage<'_>,

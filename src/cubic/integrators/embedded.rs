@@ -99,8 +99,8 @@ impl Default for EmbeddedOptions<'_> {
 /// # Accuracy
 /// Order 2; the energy error does not drift; orthonormality, tangency, both momentum constraints and the spatial
 /// momentum hold to round-off for any number of steps (`tests/embedded.rs`).
-/// [`integrate_cubic`](crate::cubic::integrate_cubic) solves no equation and has smaller errors for the same time; this method
-/// works on the paper's own phase space.
+/// [`integrate_cubic`](crate::cubic::integrate_cubic) solves no equation and has smaller errors for the same time; this
+/// method works on the paper's own phase space.
 /// # Errors
 /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` (`steps`, or `t_end` zero), `NoConvergence`
 /// (a step too long for the fixed-point iteration), `Overflow`, `Interrupted`.

@@ -118,7 +118,8 @@ impl CubicTrajectory {
     /// tr(A^T A) / 2`.
     ///
     /// For [`integrate_cubic`](crate::cubic::integrate_cubic) the momentum is `g mu g^T`, for
-    /// [`integrate_embedded`](crate::cubic::integrate_embedded) the equal matrix `p_S S^T - S p_S^T + p_V V^T - V p_V^T`.
+    /// [`integrate_embedded`](crate::cubic::integrate_embedded) the equal matrix `p_S S^T - S p_S^T + p_V V^T - V
+    /// p_V^T`.
     pub fn momentum_drift(&self) -> f64 {
         self.momentum_drift
     }
@@ -126,8 +127,8 @@ impl CubicTrajectory {
     /// The largest violation of the constraints over all states.
     ///
     /// For [`integrate_cubic`](crate::cubic::integrate_cubic) it is `|mu_h - [x, p]_h|` in the same norm; for
-    /// [`integrate_embedded`](crate::cubic::integrate_embedded) the largest Frobenius norm of `S^T S - I`, `S^T V + V^T S`,
-    /// `S^T p_V + p_V^T S` and `S^T p_S + p_S^T S`.
+    /// [`integrate_embedded`](crate::cubic::integrate_embedded) the largest Frobenius norm of `S^T S - I`, `S^T V + V^T
+    /// S`, `S^T p_V + p_V^T S` and `S^T p_S + p_S^T S`.
     pub fn constraint_drift(&self) -> f64 {
         self.constraint_drift
     }

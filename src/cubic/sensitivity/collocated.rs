@@ -55,8 +55,8 @@ pub(crate) struct Varied {
 }
 
 impl Collocated {
-    /// Built along the given polynomials, whose frame at the start is that of the data of the flow, or along integrated ones;
-    /// `None` for curves that are too fast, whose points cannot move, or whose ends may be conjugate.
+    /// Built along the given polynomials, whose frame at the start is that of the data of the flow, or along integrated
+    /// ones; `None` for curves that are too fast, whose points cannot move, or whose ends may be conjugate.
     ///
     /// # Errors
     /// `TooManySteps`, `Overflow`, `Interrupted`.

@@ -24,8 +24,8 @@ pub(crate) struct LinearStart {
     pub(crate) n: usize,
 }
 
-/// The state of a curve at time 0, if its polynomials begin there and its frame is no larger than the span of a point and
-/// three vectors, with vectors in it.
+/// The state of a curve at time 0, if its polynomials begin there and its frame is no larger than the span of a point
+/// and three vectors, with vectors in it.
 pub(crate) fn spanning(curve: &RiemannianCubic) -> Option<&State> {
     curve.state_of_taylor(0.0).filter(|state| {
         let Sizes { m, k, .. } = state.blocks;

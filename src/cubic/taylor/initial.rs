@@ -178,13 +178,7 @@ impl InitialData {
         let data = Coordinates::of_checked([s, v, a, j], 1.0, kind);
         let (r, k) = (data.blocks.m + data.blocks.k, data.blocks.k);
         let (g, vectors) = data.entries.split_at(r * r);
-        let horizontal = |i: usize| {
-            let (omega, normal) = vectors[i * r * k..][..r * k].split_at(k * k);
-            Horizontal {
-                omega: MatRef::from_column_major_slice(omega, k, k).to_owned(),
-                normal: MatRef::from_column_major_slice(normal, r - k, k).to_owned(),
-            }
-        };
+        let horizontal = |i: usize| Horizontal::of_entries(&vectors[i * r * k..][..r * k], k);
         Ok(InitialData {
             velocity: horizontal(0),
             acceleration: horizontal(1),

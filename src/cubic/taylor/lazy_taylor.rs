@@ -1,4 +1,5 @@
-//! Taylor polynomials computed when they are first read: most of the thousands of legs of a long spline are read late or never.
+//! Taylor polynomials computed when they are first read: most of the thousands of legs of a long spline are read late
+//! or never.
 
 use std::fmt;
 use std::ops::Deref;

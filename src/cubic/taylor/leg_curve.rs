@@ -1,5 +1,5 @@
-//! The curve of a solved leg as one polynomial about its middle, from a series or from values at Gauss nodes: points, and the
-//! vectors of the equation.
+//! The curve of a solved leg as one polynomial about its middle, from a series or from values at Gauss nodes: points,
+//! and the vectors of the equation.
 
 use faer::Mat;
 
@@ -12,8 +12,8 @@ use crate::linalg::simd::vectorised;
 use crate::linalg::structure::row_by_row;
 use crate::space::{Homogeneous, in_space};
 
-/// The curve of a leg that starts with the given frame or the identity, from its polynomials; the tension is in the time
-/// of the leg.
+/// The curve of a leg that starts with the given frame or the identity, from its polynomials; the tension is in the
+/// time of the leg.
 pub(crate) fn leg_curve(
     polynomials: &Dense,
     leg: usize,

@@ -1,5 +1,5 @@
-//! A Riemannian cubic as a piecewise polynomial, in coordinates of its span: Taylor polynomials of the steps of an integration,
-//! or the polynomials of solved legs.
+//! A Riemannian cubic as a piecewise polynomial, in coordinates of its span: Taylor polynomials of the steps of an
+//! integration, or the polynomials of solved legs.
 
 use faer::{MatMut, MatRef};
 
@@ -277,7 +277,8 @@ impl PiecewiseTaylor {
         }
     }
 
-    /// Taylor coefficients of `x` at `t`, up to the order of `out.len() - 1`, each `omega` before `b`, column by column.
+    /// Taylor coefficients of `x` at `t`, up to the order of `out.len() - 1`, each `omega` before `b`, column by
+    /// column.
     pub(crate) fn vectors_into(&self, t: f64, out: &mut [&mut [f64]]) {
         self.vectors_of_piece(self.find(t), t, out);
     }

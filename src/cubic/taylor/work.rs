@@ -79,10 +79,13 @@ impl Work {
         !self.is_done()
     }
 
+    pub(crate) fn limit(&self) -> f64 {
+        self.limit.load(Ordering::Relaxed) as f64
+    }
+
     /// Remaining work.
     pub(crate) fn left(&self) -> f64 {
-        let [limit, done] = [&self.limit, &self.done].map(|x| x.load(Ordering::Relaxed) as f64);
-        limit - done
+        self.limit() - self.done.load(Ordering::Relaxed) as f64
     }
 
     /// Whether the limit is reached, so that no further step may begin.
@@ -97,7 +100,7 @@ impl Work {
 
     /// Multiplies the limit by `times` from now on.
     pub(crate) fn allow(&self, times: f64) {
-        let limit = self.limit.load(Ordering::Relaxed) as f64;
-        self.limit.store((times * limit) as u64, Ordering::Relaxed);
+        self.limit
+            .store((times * self.limit()) as u64, Ordering::Relaxed);
     }
 }

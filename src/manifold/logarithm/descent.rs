@@ -12,12 +12,12 @@
 //! decreases the function in every step cannot jump to another branch of the logarithm.
 //!
 //! The starts are symmetric, and the descent preserves symmetries: if the two points have one, it ends at a saddle.
-//! [`GeodesicDescent::settle`] leaves it along a direction of negative curvature (for `k = 2` and two equal principal angles
-//! the symmetric geodesic is a saddle from 2.029 on, where `tan x = -x`), and follows flat valleys to their bottom,
-//! using the absolute values of the eigenvalues. The test set has 8000 pairs on St(4,2), St(7,2) and St(5,3), 500 of
-//! each kind: random, with equal principal angles of 2.1 to 3.1, coordinate frames, and perturbations of these by 1e-12
-//! to 0.1. A search over the whole fibre or from random starts found a geodesic shorter by at most 0.2 % for 5 of them;
-//! without `settle`, for 1422.
+//! [`GeodesicDescent::settle`] leaves it along a direction of negative curvature (for `k = 2` and two equal principal
+//! angles the symmetric geodesic is a saddle from 2.029 on, where `tan x = -x`), and follows flat valleys to their
+//! bottom, using the absolute values of the eigenvalues. The test set has 8000 pairs on St(4,2), St(7,2) and St(5,3),
+//! 500 of each kind: random, with equal principal angles of 2.1 to 3.1, coordinate frames, and perturbations of these
+//! by 1e-12 to 0.1. A search over the whole fibre or from random starts found a geodesic shorter by at most 0.2 % for 5
+//! of them; without `settle`, for 1422.
 //!
 //! # Source
 //! The equation `C = 0` and the first completion (a symmetric block): Zimmermann (2017), "A matrix-algebraic algorithm

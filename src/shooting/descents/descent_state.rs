@@ -79,8 +79,8 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     }
 
     /// Returns to a state; the linear equations are not restored.
-    pub(crate) fn restore(&mut self, state: &DescentState<T>) {
-        self.state = state.state.clone();
+    pub(crate) fn restore(&mut self, before: &DescentState<T>) {
+        self.state = before.state.clone();
         self.set_knots();
         self.evaluate();
         self.set_forces();

@@ -103,9 +103,8 @@ pub(crate) fn rotation_reached_into<T: Field>(
         power *= 0.25;
     }
     write_rotation(sums, out);
-    // A rotation turns at twice the rate of its quaternion, and each end contributes half of it; the last power of `v`
-    // is `2 count
-    // - 1`.
+    // A rotation turns at twice the rate of its quaternion, and each end contributes half of it. The last power of `v` is
+    // `2 count - 1`.
     let weight = 0.25_f64.powi(count as i32 - 1) * (2 * count - 1) as f64;
     largest_each(&spans[(count - 1) * 4..]) * weight
 }

@@ -11,7 +11,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::chain::{Chain, JOINS, Means, Movable, square};
 use super::embedded::InEmbedding;
 use super::motion::Motion;
-use crate::cubic::integrated_legs::marches::{Passage, arrival};
+use crate::cubic::integrated_legs::marches::{Passage, end_of_leg};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Coordinates;
 use crate::cubic::taylor::state::State;
@@ -21,8 +21,7 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::product::entries;
 use crate::linalg::structure::distance;
-use crate::manifold::carrier::Carrier;
-use crate::manifold::carrier::carried;
+use crate::manifold::carrier::{Carrier, carried};
 use crate::manifold::grassmann::alignment::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
@@ -52,7 +51,7 @@ impl<'a> Ambient<'a> {
     ) -> Result<Self> {
         Ok(Ambient {
             kind,
-            joints: joints(&points, kind.quotient)?,
+            joints: joints(&points, kind.quotient, Ok)?,
             points,
             lengths,
             tension: 0.0,
@@ -90,7 +89,7 @@ impl<'a> Ambient<'a> {
         };
         means.work.count(self.work_of_span());
         let (quotient, next) = (self.kind.quotient, self.points[leg + 1].as_ref());
-        let mut end = arrival(self.points[leg].as_ref(), vectors, &passage)?;
+        let mut end = end_of_leg(self.points[leg].as_ref(), vectors, &passage)?;
         if quotient == Quotient::Subspaces {
             // Expressed in the basis at the knot.
             let turn = alignment(next, end[0].as_ref())?;
@@ -157,7 +156,7 @@ impl Chain for Ambient<'_> {
         Ok(())
     }
 
-    fn arrive_into(
+    fn ends_into(
         &self,
         _: &mut Carrier,
         first: usize,

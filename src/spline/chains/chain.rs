@@ -72,7 +72,7 @@ pub(crate) trait Chain: Sync {
     ///
     /// # Errors
     /// If a cubic cannot be integrated, the error wrapped in `AtKnot`; `Interrupted`.
-    fn arrive_into(
+    fn ends_into(
         &self,
         worker: &mut Self::Worker,
         first: usize,
@@ -86,7 +86,7 @@ pub(crate) trait Chain: Sync {
     /// size, 3 size)`; `None` if it is not available.
     ///
     /// # Errors
-    /// As [`Chain::arrive_into`].
+    /// As [`Chain::ends_into`].
     fn derivative(
         &self,
         _worker: &mut Self::Worker,
@@ -114,8 +114,8 @@ pub(crate) trait Chain: Sync {
     /// vectors in that basis.
     fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State);
 
-    /// The cubic of a leg on `[0, 1]`: a basis of its span, unless the span is the whole space, and the polynomials in that
-    /// basis.
+    /// The cubic of a leg on `[0, 1]`: a basis of its span, unless the span is the whole space, and the polynomials in
+    /// that basis.
     ///
     /// # Errors
     /// An error if it cannot be integrated; `Interrupted`.
@@ -253,7 +253,7 @@ impl LegEnds {
                 speed: motion.speed(first..first + count + 1, lengths),
                 work,
             };
-            chain.arrive_into(worker, first, &starts, &means, values, distances)?;
+            chain.ends_into(worker, first, &starts, &means, values, distances)?;
             let mut defect = 0.0_f64;
             let each = values
                 .chunks_exact_mut(size * vectors)

@@ -262,7 +262,7 @@ impl<'a> Chain for Framed<'a> {
         Ok(())
     }
 
-    fn arrive_into(
+    fn ends_into(
         &self,
         worker: &mut Worker<'a>,
         first: usize,
@@ -303,9 +303,7 @@ impl<'a> Chain for Framed<'a> {
         for (i, (start, values)) in starts.iter().zip(values.chunks_exact_mut(size)).enumerate() {
             let next = &self.links[first + i].next;
             let tension = self.leg_tension(first + i);
-            let found = worker
-                .leg
-                .arrive_into(start, next, tension, accuracy, values);
+            let found = worker.leg.ends_into(start, next, tension, accuracy, values);
             work.count(worker.leg.work());
             distances[i] = found.map_err(|error| error.at_knot(first + i))?;
         }

@@ -37,6 +37,11 @@ const SLOW: f64 = 0.2;
 /// derivatives are available.
 const PATIENCE: usize = 8;
 
+/// Derivatives are not begun if they take more than this multiple of the work limit. With 0, a closed spline through 60
+/// points on St(20,5) is not solved; without a bound, 20 random points on St(30,10) take 27 s until they are refused,
+/// with it 0.1 s.
+const OVERRUN: f64 = 3.0;
+
 /// Integration accuracy of residuals in difference quotients.
 const DIFFERENCE_ACCURACY: f64 = 1e-11;
 
@@ -170,7 +175,7 @@ impl<'p, 'c, C: Chain> ChainIteration<'p, 'c, C> {
         let step = match &self.method {
             Method::Flat => self.problem.flat_step(&self.found)?,
             Method::Linear(linear) => self.problem.linear_step(linear, &self.found),
-            Method::Krylov => match self.krylov_step()? {
+            Method::Krylov => match unless_interrupted(self.krylov_step())?.flatten() {
                 Some(step) => step,
                 None => return Ok(Some(StopReason::Stagnated)),
             },
@@ -221,7 +226,7 @@ impl<'p, 'c, C: Chain> ChainIteration<'p, 'c, C> {
         let chain = self.problem.chain;
         let legs = chain.lengths().len() as f64;
         let needed = legs * chain.work_of_derivative();
-        if needed > self.work.left() {
+        if needed > OVERRUN * self.work.limit() {
             self.work.refuse();
             return Ok(false);
         }

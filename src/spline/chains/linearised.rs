@@ -112,10 +112,10 @@ impl<C: Chain> Interpolation<'_, C> {
         let (d, legs) = (self.chain.size(), linear.legs.len());
         let mut step = Motion::zeros(d, legs + 1);
         for (i, leg) in linear.legs.iter().enumerate() {
-            let (inverse, miss) = (leg.inverse.as_ref(), step.derivatives_mut(i));
+            let (inverse, derivatives) = (leg.inverse.as_ref(), step.derivatives_mut(i));
             for (part, which) in [(0, 0), (d, 1)] {
                 let columns = inverse.subcols(part, d).to_owned();
-                add_product(-1.0, &columns, found.leg_ends.vector(i, which), miss);
+                add_product(-1.0, &columns, found.leg_ends.vector(i, which), derivatives);
             }
         }
         let mut right = self.right_sides(found, |[before, after], right| {

@@ -65,8 +65,8 @@ const STEP_LENGTHS: i32 = 10;
 /// stalls, by Newton's method with GMRES and the same preconditioner. Time is linear in the number of knots
 /// and in `n`. Legs are computed in parallel; results are bit-identical for any number of threads.
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `NoConvergence`,
-/// `Interrupted`; wrapped in `AtKnot`: `NotOrthonormal`, `NotTangent`, `NoJoiningCurve`, `OutsideLogDomain` and
+/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `Overflow` (times that
+/// differ too much), `NoConvergence`, `Interrupted`; wrapped in `AtKnot`: `NotOrthonormal`, `NotTangent`, `NoJoiningCurve`, `OutsideLogDomain` and
 /// `DifferentComponents` (no curve leads to the next point), and the errors of [`GeometricCubic::from_boundary`] if a
 /// piece is too long or too fast. Errors about distance are in `OnlyBases` if the points look like mere bases.
 pub fn geometric_spline(

@@ -51,8 +51,8 @@ pub fn geometric_subspace_hermite(
 /// The spline of geometric cubics through subspaces, given by arbitrary bases, with continuous velocity and covariant
 /// acceleration.
 ///
-/// It is solved like [`geometric_spline`](crate::spline::geometric_spline), with geodesics in place of quasi-geodesics. The
-/// bases of the curve start with the first given one. For lines in the plane it is the cubic spline of the angle.
+/// It is solved like [`geometric_spline`](crate::spline::geometric_spline), with geodesics in place of quasi-geodesics.
+/// The bases of the curve start with the first given one. For lines in the plane it is the cubic spline of the angle.
 ///
 /// # Arguments
 /// * `t` - increasing times; `points` - one orthonormal basis per time, shape `(n, k)`
@@ -61,9 +61,9 @@ pub fn geometric_subspace_hermite(
 /// # Accuracy
 /// As [`geometric_spline`](crate::spline::geometric_spline).
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `NoConvergence`,
-/// `Interrupted`; wrapped in `AtKnot`: `NotOrthonormal`, `NotHorizontal`, and `RightAngle` if a principal angle between
-/// neighbours, or between control points, is pi/2.
+/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `Overflow` (times that
+/// differ too much), `NoConvergence`, `Interrupted`; wrapped in `AtKnot`: `NotOrthonormal`, `NotHorizontal`, and
+/// `RightAngle` if a principal angle between neighbours, or between control points, is pi/2.
 ///
 /// # Examples
 /// ```

@@ -46,11 +46,10 @@ impl GeodesicLink {
 
 impl Links {
     /// # Errors
-    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle`, wrapped in `AtKnot` of the first of
-    /// the two points; `Decomposition`.
+    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle`, `Decomposition`, wrapped in `AtKnot` of
+    /// the first of the two points.
     pub(crate) fn new(points: &[Mat<f64>], quotient: Quotient) -> Result<Self> {
-        let joints = joints(points, quotient)?.into_iter();
-        let links = joints.map(GeodesicLink::new).collect::<Result<_>>()?;
+        let links = joints(points, quotient, GeodesicLink::new)?;
         Ok(Links { links })
     }
 
@@ -64,8 +63,8 @@ impl Links {
         &self.links[link].displacements[1]
     }
 
-    /// The right-hand sides of a cubic spline of flat space, of `n k` entries per knot, for the velocities at the knots; given
-    /// velocities and accelerations enter the equations of their knots.
+    /// The right-hand sides of a cubic spline of flat space, of `n k` entries per knot, for the velocities at the
+    /// knots; given velocities and accelerations enter the equations of their knots.
     ///
     /// ```math
     /// \frac{2 v_{i-1} + 4 v_i}{h_-} + \frac{4 v_i + 2 v_{i+1}}{h_+}

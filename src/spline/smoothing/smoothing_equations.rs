@@ -326,8 +326,8 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         Ok(SmoothingState { chain, motion })
     }
 
-    /// The state after a Newton step, which is shortened until the flat step decreases. The flat step is the preconditioner of
-    /// the linear equations, which are solved with difference quotients.
+    /// The state after a Newton step, which is shortened until the flat step decreases. The flat step is the
+    /// preconditioner of the linear equations, which are solved with difference quotients.
     fn descended(
         &self,
         accuracy: Accuracy,
