@@ -58,7 +58,7 @@ def test_public_type_has_an_example_that_asserts(path):
 
 
 def test_types_are_found_where_they_are_exported():
-    exports = {"cubic::search::SearchOptions", "chart::sphere::Sphere", "spline::ends::EndCondition"}
+    exports = {"cubic::boundary::search::SearchOptions", "chart::sphere::Sphere", "spline::ends::EndCondition"}
     assert exports | {"error::Error", "curve::curve::Curve", "linalg::decomp::Svd"} <= TYPES.keys()
     # Not public: used only inside the crate.
     assert "chart::tangent_lift::TangentLift" not in TYPES
