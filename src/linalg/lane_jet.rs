@@ -1,4 +1,4 @@
-//! Truncated Taylor polynomials of eight small matrices at once, as [`Jet`](super::jet::Jet) for one.
+//! Truncated Taylor polynomials of eight small matrices at once, as [`MatrixJet`](super::jet::MatrixJet) for one.
 
 use super::jet::ORDER;
 use super::lane_matrix::LaneMatrix;

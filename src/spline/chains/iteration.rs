@@ -37,9 +37,9 @@ const SLOW: f64 = 0.2;
 /// derivatives are available.
 const PATIENCE: usize = 8;
 
-/// Derivatives are not begun if they take more than this multiple of the work limit. With 0, a closed spline through 60
-/// points on St(20,5) is not solved; without a bound, 20 random points on St(30,10) take 27 s until they are refused,
-/// with it 0.1 s.
+/// Derivatives are not begun if they take more than this multiple of the work limit. Without a bound, 20 random points on
+/// St(30,10) take 27 s until they are refused, with it 0.1 s. Of 220 splines through points 1.2 to 2.8 apart, 133 are
+/// solved without a bound, with this one, and with what is left of the limit as the bound.
 const OVERRUN: f64 = 3.0;
 
 /// Integration accuracy of residuals in difference quotients.
