@@ -122,7 +122,7 @@ mod tests {
             for ends in [[1.0, 0.0], [0.0, 1.0]] {
                 let by = |row: [f64; 2]| row[0] * ends[0] + row[1] * ends[1];
                 let (a, b) = (by(flat.second), by(flat.third));
-                let bend = |t: f64| a * (theta * t).cosh() + b / theta * (theta * t).sinh();
+                let second = |t: f64| a * (theta * t).cosh() + b / theta * (theta * t).sinh();
                 let count = 2000;
                 let mut found = [0.0; 2];
                 for i in 0..=count {
@@ -134,8 +134,8 @@ mod tests {
                         _ => 2.0,
                     };
                     let weight = weight / (3.0 * count as f64);
-                    found[0] += weight * (1.0 - t) * bend(t);
-                    found[1] += weight * bend(t);
+                    found[0] += weight * (1.0 - t) * second(t);
+                    found[1] += weight * second(t);
                 }
                 // Error of Simpson's rule with steps of 1/2000, and round-off of its terms.
                 for (found, wanted) in found.into_iter().zip(ends) {

@@ -163,7 +163,7 @@ pub fn solve(
                 .collect();
             let evaluated = problem.evaluate(&trial, &mut residual, None);
             let size = unless_interrupted(evaluated)?.map(|()| norm(&residual));
-            Ok(size.map(|size| ((trial, size), size)))
+            Ok(size.map(|size| (size, (trial, size))))
         })?;
         let Some(((next, now), _)) = found else {
             break StopReason::Stagnated;

@@ -11,7 +11,7 @@ pub(crate) mod chains;
 mod ends;
 pub(crate) mod geometric;
 mod hermite;
-mod joints;
+mod joining_curves;
 mod knots;
 mod options;
 pub mod piecewise;

@@ -237,7 +237,7 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
         let found = backtracked(size, STEP_LENGTHS, |share| {
             self.leg.set_unknowns(&before, &step, -share);
             self.leg.evaluate(FRAMES * size * size);
-            Ok(Some(((), norm(&self.leg.flat_step()))))
+            Ok(Some((norm(&self.leg.flat_step()), ())))
         })?;
         Ok(found.is_some())
     }

@@ -232,10 +232,7 @@ impl<'a, B: BlockSizes, const N: usize> SingleShooting<'a, B, N> {
             self.interrupt.check(SOLVER)?;
             let trial: Vec<f64> = y.iter().zip(step).map(|(y, s)| y - share * s).collect();
             let found = unless_interrupted(self.residual(&trial, accuracy))?;
-            Ok(found.map(|found| {
-                let distance = found.distance;
-                ((trial, found), distance)
-            }))
+            Ok(found.map(|found| (found.distance, (trial, found))))
         })?;
         Ok(found.map(|(state, _)| state))
     }

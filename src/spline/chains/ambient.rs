@@ -27,14 +27,14 @@ use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::solve::direction::Direction;
 use crate::space::{Kind, Quotient};
-use crate::spline::joints::{Joint, joints};
+use crate::spline::joining_curves::{JoiningCurve, joining_curves};
 use crate::threads::{self, ALWAYS};
 
 /// Knots, and the quasi-geodesics between them.
 pub(crate) struct Ambient<'a> {
     kind: Kind,
     points: Vec<Mat<f64>>,
-    joints: Vec<Joint>,
+    joining_curves: Vec<JoiningCurve>,
     lengths: Vec<f64>,
     tension: f64,
     interrupt: Interrupt<'a>,
@@ -51,7 +51,7 @@ impl<'a> Ambient<'a> {
     ) -> Result<Self> {
         Ok(Ambient {
             kind,
-            joints: joints(&points, kind.quotient, Ok)?,
+            joining_curves: joining_curves(&points, kind.quotient, Ok)?,
             points,
             lengths,
             tension: 0.0,
@@ -130,7 +130,7 @@ impl Chain for Ambient<'_> {
     }
 
     fn displacement_into(&self, leg: usize, out: &mut [f64]) {
-        out.copy_from_slice(&entries(self.joints[leg].curve.initial_velocity()));
+        out.copy_from_slice(&entries(self.joining_curves[leg].curve.initial_velocity()));
     }
 
     fn carry_into(
@@ -142,7 +142,7 @@ impl Chain for Ambient<'_> {
         out: &mut [f64],
     ) -> Result<()> {
         let (n, k) = self.points[0].shape();
-        let Joint { curve, turn } = &self.joints[leg];
+        let JoiningCurve { curve, turn } = &self.joining_curves[leg];
         out.copy_from_slice(v);
         carrier.set(curve)?;
         let mut out = MatMut::from_column_major_slice_mut(out, n, k);

@@ -26,7 +26,7 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::solve::direction::Direction;
 use crate::space::{Kind, Quotient, Shape};
-use crate::spline::joints::JOIN;
+use crate::spline::joining_curves::JOIN;
 use crate::threads::{self, scaled};
 
 /// Microseconds of a link between rotations; 3.8 on St(4,2), where a quasi-geodesic joins the points.

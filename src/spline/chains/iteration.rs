@@ -300,7 +300,7 @@ impl<'p, 'c, C: Chain> ChainIteration<'p, 'c, C> {
                 return Ok(None);
             };
             let merit = self.merit(&found)?;
-            Ok(Some(((motion, found), merit)))
+            Ok(Some((merit, (motion, found))))
         })?;
         if let Some(((motion, found), share)) = found {
             self.accept(motion, found);

@@ -140,9 +140,9 @@ impl<C: Chain> Interpolation<'_, C> {
             right.extend_from_within(..d);
         }
         for (i, leg) in linear.legs.iter().enumerate() {
-            let derivative = step.derivatives_mut(i);
-            add_product(1.0, &leg.before, &right[d * i..], derivative);
-            add_product(1.0, &leg.after, &right[d * (i + 1)..], derivative);
+            let derivatives = step.derivatives_mut(i);
+            add_product(1.0, &leg.before, &right[d * i..], derivatives);
+            add_product(1.0, &leg.after, &right[d * (i + 1)..], derivatives);
         }
         step.entries[..right.len()].copy_from_slice(&right);
         step.entries

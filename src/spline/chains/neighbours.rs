@@ -12,7 +12,7 @@ use crate::linalg::{OrthogonalLog, skew_exp};
 use crate::manifold::carrier::turned;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::space::{Quotient, ScalarField};
-use crate::spline::joints::{Joint, joint};
+use crate::spline::joining_curves::{JoiningCurve, joining_curve};
 
 /// Relation between the two ends of a leg, matrices in column-major order.
 pub(crate) struct NeighbourLink {
@@ -77,7 +77,11 @@ impl Joining {
             }
             Joining::Quotient(problem) => {
                 let [s0, s1] = frames.map(|frame| frame.as_ref().subcols(0, columns));
-                along(&joint(s0, s1, blocks.quotient, problem)?, frames, blocks)
+                along(
+                    &joining_curve(s0, s1, blocks.quotient, problem)?,
+                    frames,
+                    blocks,
+                )
             }
         }
     }
@@ -107,9 +111,13 @@ fn in_group(
     })
 }
 
-fn along(joint: &Joint, frames: [&Mat<f64>; 2], blocks: Sizes) -> Result<NeighbourLink> {
-    let curve = &joint.curve;
-    let turn = match &joint.turn {
+fn along(
+    joining_curve: &JoiningCurve,
+    frames: [&Mat<f64>; 2],
+    blocks: Sizes,
+) -> Result<NeighbourLink> {
+    let curve = &joining_curve.curve;
+    let turn = match &joining_curve.turn {
         Some(turn) => turn.clone(),
         None => skew_exp(curve.omega())?,
     };

@@ -187,10 +187,7 @@ impl<'a> GeometricProblem<'a> {
             let better = backtracked(found.total, STEP_LENGTHS, |share| {
                 let trial = plus(&velocities, share, &step);
                 let found = self.try_residual(&trial)?;
-                Ok(found.map(|found| {
-                    let total = found.total;
-                    ((trial, found), total)
-                }))
+                Ok(found.map(|found| (found.total, (trial, found))))
             })?;
             let Some((better, _)) = better else {
                 break StopReason::Stagnated;

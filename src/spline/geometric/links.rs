@@ -12,7 +12,7 @@ use crate::manifold::carrier::Carrier;
 use crate::solve::direction::Direction;
 use crate::solve::tridiagonal::Isometries;
 use crate::space::Quotient;
-use crate::spline::joints::{Joint, joints};
+use crate::spline::joining_curves::{JoiningCurve, joining_curves};
 
 /// The curves, in order.
 pub(crate) struct Links {
@@ -27,7 +27,7 @@ struct GeodesicLink {
 }
 
 impl GeodesicLink {
-    fn new(Joint { curve, turn }: Joint) -> Result<Self> {
+    fn new(JoiningCurve { curve, turn }: JoiningCurve) -> Result<Self> {
         let mut carrier = Carrier::new(curve.n(), curve.k());
         carrier.set(&curve)?;
         if let Some(turn) = &turn {
@@ -49,7 +49,7 @@ impl Links {
     /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle`, `Decomposition`, wrapped in `AtKnot` of
     /// the first of the two points.
     pub(crate) fn new(points: &[Mat<f64>], quotient: Quotient) -> Result<Self> {
-        let links = joints(points, quotient, GeodesicLink::new)?;
+        let links = joining_curves(points, quotient, GeodesicLink::new)?;
         Ok(Links { links })
     }
 

@@ -348,10 +348,7 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
                 return Ok(None);
             }
             let tried = self.tried(accuracy, share, &step)?;
-            Ok(tried.map(|(state, found)| {
-                let size = norm(&found.step);
-                ((state, found), size)
-            }))
+            Ok(tried.map(|(state, found)| (norm(&found.step), (state, found))))
         })?;
         Ok(found.map(|(state, _)| state))
     }

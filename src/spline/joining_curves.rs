@@ -17,7 +17,7 @@ const ALIGNED: f64 = 16.0 * f64::EPSILON;
 
 /// The curve that joins a knot to the next one.
 #[derive(Debug, Clone)]
-pub(crate) struct Joint {
+pub(crate) struct JoiningCurve {
     pub(crate) curve: QuasiGeodesic,
     /// For subspaces whose bases are not aligned, the matrix that maps the basis reached by the curve to the one at the
     /// knot.
@@ -29,10 +29,10 @@ pub(crate) struct Joint {
 /// # Errors
 /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle` and the errors of `finish`, wrapped in `AtKnot`
 /// of the first of the two knots.
-pub(crate) fn joints<T: Send>(
+pub(crate) fn joining_curves<T: Send>(
     points: &[Mat<f64>],
     quotient: Quotient,
-    finish: impl Fn(Joint) -> Result<T> + Sync,
+    finish: impl Fn(JoiningCurve) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
     let (n, k) = points[0].shape();
     threads::map(
@@ -41,8 +41,8 @@ pub(crate) fn joints<T: Send>(
         || EndpointProblem::new(n, k),
         |problem, knot| {
             let [first, last] = [knot, knot + 1].map(|knot| points[knot].as_ref());
-            let joint = joint(first, last, quotient, problem).and_then(&finish);
-            joint.map_err(|error| error.at_knot(knot))
+            let joining_curve = joining_curve(first, last, quotient, problem).and_then(&finish);
+            joining_curve.map_err(|error| error.at_knot(knot))
         },
     )
 }
@@ -51,23 +51,23 @@ pub(crate) fn joints<T: Send>(
 ///
 /// # Errors
 /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle`.
-pub(crate) fn joint(
+pub(crate) fn joining_curve(
     first: MatRef<'_, f64>,
     last: MatRef<'_, f64>,
     quotient: Quotient,
     problem: &mut EndpointProblem,
-) -> Result<Joint> {
+) -> Result<JoiningCurve> {
     match quotient {
         Quotient::Frames => {
             let mut curve = QuasiGeodesic::zeros(first.nrows(), first.ncols());
             curve.join(first, last, problem)?;
-            Ok(Joint { curve, turn: None })
+            Ok(JoiningCurve { curve, turn: None })
         }
         Quotient::Subspaces => {
             let (curve, turn) = join_spans(first, last, problem)?;
             let k = turn.nrows();
             let off = (&turn - Mat::<f64>::identity(k, k)).norm_max();
-            Ok(Joint {
+            Ok(JoiningCurve {
                 curve,
                 turn: (off > ALIGNED).then_some(turn),
             })
