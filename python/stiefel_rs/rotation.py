@@ -167,7 +167,7 @@ class RotationSpline(RotationMotion):
         kind : {"quaternions", "matrices", "Rotation"}
             Kind of rotations that the spline returns.
         extrapolate : bool, optional
-            As for the class; by default ``curve.extrapolate``. If it differs from that, the spline has a copy of the curve.
+            As for the class; by default ``curve.extrapolate``. If it differs, the spline has a copy of the curve.
 
         Returns
         -------
