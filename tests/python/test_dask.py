@@ -201,6 +201,16 @@ def test_maps_of_rotations(vectors):
     np.testing.assert_array_equal(batches.orthogonal_log(Q).compute(), logarithms)
 
 
+def test_maps_of_unitary_matrices(vectors):
+    # i S is skew-Hermitian for symmetric S.
+    A = vectors["X"] + 1j * (vectors["X"] @ vectors["X"])
+    Q = batches.skew_exp(da.from_array(A, chunks=(9, 5, 5)))
+    assert Q.dtype == np.complex128
+    np.testing.assert_array_equal(Q.compute(), stiefel_rs.skew_exp(A))
+    logarithms = stiefel_rs.orthogonal_log(stiefel_rs.skew_exp(A))
+    np.testing.assert_array_equal(batches.orthogonal_log(Q).compute(), logarithms)
+
+
 @pytest.mark.parametrize("kind", ["riemannian", "geometric"])
 @pytest.mark.parametrize("chunk", [1, 3, 10])
 def test_splines(client, kind, chunk):

@@ -25,7 +25,7 @@ _TYPES = {"angles": np.float64, "converged": np.bool_, "iterations": np.int64, "
 
 
 def skew_exp(A: Batch) -> da.Array:
-    """Return exponentials of skew-symmetric matrices, shape (..., m, m); see :func:`stiefel_rs.skew_exp`.
+    """Return exponentials of skew-symmetric or skew-Hermitian matrices, shape (..., m, m); see :func:`stiefel_rs.skew_exp`.
 
     Examples
     --------
@@ -39,15 +39,18 @@ def skew_exp(A: Batch) -> da.Array:
 
 
 def orthogonal_log(Q: Batch) -> da.Array:
-    """Return principal logarithms of rotations, shape (..., m, m); see :func:`stiefel_rs.orthogonal_log`."""
+    """Return principal logarithms of rotations or unitary matrices, shape (..., m, m).
+
+    See :func:`stiefel_rs.orthogonal_log`.
+    """
     return _square("orthogonal_log", "Q", Q)
 
 
 def _square(function: str, name: str, array: Batch) -> da.Array:
-    lazy = _blocks.load(name, array, 2)
-    m = int(lazy.shape[-1])
-    _blocks.require_core(name, lazy, (m, m))
-    return map_records(function_block, {name: lazy}, [("value", (m, m))], {"name": function})["value"]
+    arrays, number = _blocks.frames(2, **{name: array})
+    m = int(arrays[name].shape[-1])
+    _blocks.require_core(name, arrays[name], (m, m))
+    return map_records(function_block, arrays, [("value", (m, m))], {"name": function}, number)["value"]
 
 
 def map_records(
@@ -66,7 +69,7 @@ def map_records(
 
 
 def function_block(
-    block: NDArray[np.float64], *, origin: tuple[int, ...], dtype: np.dtype[Any], name: str, version: str
+    block: NDArray[Any], *, origin: tuple[int, ...], dtype: np.dtype[Any], name: str, version: str
 ) -> NDArray[Any]:
     """Run a function of matrices on one block."""
     function = getattr(stiefel_rs, name)
