@@ -79,7 +79,7 @@ impl Work {
         !self.is_done()
     }
 
-    pub(crate) fn limit(&self) -> f64 {
+    fn limit(&self) -> f64 {
         self.limit.load(Ordering::Relaxed) as f64
     }
 
