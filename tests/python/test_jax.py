@@ -18,6 +18,8 @@ import stiefel_rs  # noqa: E402
 from stiefel_rs import CubicSpline, GeometricCubic, InvalidInputError, RiemannianCubic, RotationSpline, Stiefel  # noqa: E402
 from stiefel_rs import jax as sj  # noqa: E402
 from stiefel_rs.differentiable import cubics, solved, splines  # noqa: E402
+from stiefel_rs.differentiable.arguments import Plain  # noqa: E402
+from stiefel_rs.differentiable.operation import Operation  # noqa: E402
 
 SHAPES = [(3, 1), (3, 3), (5, 2), (4, 4), (12, 3)]
 TIMES = np.array([0.0, 0.3, 1.0])
@@ -338,6 +340,32 @@ def test_equal_members_of_a_batch_are_solved_once(rng, monkeypatch):
     assert len(calls) == 5
     jax.vmap(pull_back)(rng.normal(size=(3, *value.shape)))
     assert len(calls) == 5
+
+
+def test_arguments_are_projected_once_and_copied():
+    class Counted(Plain):
+        def value(self, raw, exact):
+            calls.append(self.name)
+            return super().value(raw, exact)
+
+    calls = []
+    square = Operation(
+        "square",
+        arguments=(Counted("x"),),
+        axes=(1,),
+        shape=lambda x: x,
+        value=lambda x: x**2,
+        variation=lambda x, dx: 2 * x[0] * dx[0],
+        pullback=lambda x, w: (2 * x[0] * w,),
+    )
+    lent = np.array([[1.0, 2.0], [3.0, 4.0]])
+    np.testing.assert_array_equal(square.values(lent), lent**2)
+    np.testing.assert_array_equal(square.pullbacks((lent,), np.ones((2, 2)))[0], 2 * lent)
+    assert len(calls) == 2
+    lent[:] = 5.0
+    np.testing.assert_array_equal(square.values(np.array([[1.0, 2.0]])), [[1.0, 4.0]])
+    np.testing.assert_array_equal(square.values(lent), np.full((2, 2), 25.0))
+    assert len(calls) == 3
 
 
 def test_what_is_kept_has_a_limit(monkeypatch):

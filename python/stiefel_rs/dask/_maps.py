@@ -25,7 +25,9 @@ _TYPES = {"angles": np.float64, "converged": np.bool_, "iterations": np.int64, "
 
 
 def skew_exp(A: Batch) -> da.Array:
-    """Return exponentials of skew-symmetric or skew-Hermitian matrices, shape (..., m, m); see :func:`stiefel_rs.skew_exp`.
+    """Return exponentials of skew-symmetric or skew-Hermitian matrices, shape (..., m, m).
+
+    See :func:`stiefel_rs.skew_exp`.
 
     Examples
     --------

@@ -14,6 +14,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -289,10 +290,15 @@ def inner_products(one: Array, other: Array) -> Array:
     return products
 
 
+@cache
+def _identity(size: int) -> Array:
+    return np.eye(size)
+
+
 def _gram_excess(raw: Array) -> Array:
     """Return `S^H S - I`."""
     with np.errstate(over="ignore", invalid="ignore"):
-        excess: Array = transposed(raw) @ raw - np.eye(raw.shape[-1])
+        excess: Array = transposed(raw) @ raw - _identity(raw.shape[-1])
     return excess
 
 
@@ -311,7 +317,7 @@ def _is_near(excess: Array) -> bool:
 
 def _inverse_root(excess: Array) -> Array:
     """Return `(I + D)^(-1/2) = I - D / 2 + 3 D^2 / 8 - ...` for a small `D`."""
-    root: Array = np.eye(excess.shape[-1]) - 0.5 * excess + 0.375 * (excess @ excess)
+    root: Array = _identity(excess.shape[-1]) - 0.5 * excess + 0.375 * (excess @ excess)
     return root
 
 

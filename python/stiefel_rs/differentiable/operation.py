@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 
 from .arguments import Argument, Array, Shape
+from .solved import Solved
 
 # A gradient, or a function that computes it.
 Gradient = Array | Callable[[], Array]
@@ -131,9 +132,19 @@ class Operation:
         return members
 
     def _exact(self, member: Sequence[Array]) -> tuple[Array, ...]:
+        return self._project(*member) if self.is_batched else self._projected(member)
+
+    @cached_property
+    def _projected(self) -> Solved[tuple[Array, ...]]:
+        # Gradients need the arguments of their values again. Projected again, value and gradient of a boundary problem
+        # on St(3, 1) take 1.65 instead of 1.25 times as long as the value.
+        return Solved(self._project, lambda *member: sum(x.size for x in member))
+
+    def _project(self, *member: Array) -> tuple[Array, ...]:
         exact: tuple[Array, ...] = ()
         for argument, x in zip(self.arguments, member, strict=True):
-            exact = (*exact, argument.value(x, exact))
+            # A copy: the argument may be a view of memory that is only lent.
+            exact = (*exact, np.array(argument.value(x, exact)))
         return exact
 
     def _read(self, raw: Sequence[Any]) -> list[Array]:

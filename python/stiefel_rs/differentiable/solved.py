@@ -1,4 +1,4 @@
-"""Cache of recently solved curves, so that derivatives reuse the solution of the value."""
+"""Cache of recently solved curves and projected arguments, so that derivatives reuse those of the value."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Generic, TypeVar
 
 from .arguments import Array, Shape
 
-Curve = TypeVar("Curve")
+Solution = TypeVar("Solution")
 
-# Largest count of numbers that the curves of a solver may occupy with their derivatives: 256 MB, 100 splines through
-# 200 rotations. The last curve is always kept.
+# Largest count of numbers that the solutions of a solver may occupy, curves with their derivatives: 256 MB, 100 splines
+# through 200 rotations. The last solution is always kept.
 KEPT = 1 << 25
 
 
@@ -39,29 +39,29 @@ def numbers_of_cubic(n: int, k: int) -> int:
     return 100 * n * k + 120 * rows**2 + 2000
 
 
-class Solved(Generic[Curve]):
+class Solved(Generic[Solution]):
     """A solver that caches its last solutions."""
 
-    def __init__(self, solve: Callable[..., Curve], numbers: Callable[..., int]) -> None:
+    def __init__(self, solve: Callable[..., Solution], numbers: Callable[..., int]) -> None:
         self._solve, self._numbers = solve, numbers
-        self._kept: OrderedDict[tuple[tuple[Shape, bytes], ...], tuple[Curve, int]] = OrderedDict()
+        self._kept: OrderedDict[tuple[tuple[Shape, bytes], ...], tuple[Solution, int]] = OrderedDict()
         self._size = 0
         self._lock = threading.Lock()
 
-    def __call__(self, data: Sequence[Array]) -> Curve:
-        """Return the curve of the given arguments."""
+    def __call__(self, data: Sequence[Array]) -> Solution:
+        """Return the solution for the given arguments."""
         key = tuple((x.shape, x.tobytes()) for x in data)
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
                 return self._kept[key][0]
-        curve = self._solve(*data)
+        solution = self._solve(*data)
         numbers = self._numbers(*data) + sum(len(entries) for _, entries in key) // 8
         with self._lock:
             if key not in self._kept:
                 self._size += numbers
-            self._kept[key] = curve, numbers
+            self._kept[key] = solution, numbers
             while self._size > KEPT and len(self._kept) > 1:
                 _, (_, freed) = self._kept.popitem(last=False)
                 self._size -= freed
-        return curve
+        return solution
