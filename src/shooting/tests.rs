@@ -15,7 +15,7 @@ use crate::linalg::field::Field;
 use crate::linalg::lanes::Lanes;
 use crate::report::{SolverReport, StopReason};
 use crate::skew_exp;
-use crate::space::{FixedFrames, Frames, Homogeneous};
+use crate::space::{FixedFrames, Homogeneous, RealSpace};
 use crate::{RiemannianCubic, Stiefel};
 
 /// Pseudorandom numbers between -1 and 1.
@@ -179,7 +179,9 @@ where
     S: Homogeneous + 'static,
 {
     let [r, d] = [space.size(), space.dim()];
-    let k = (1..r).find(|k| Frames { r, k: *k }.dim() == d).unwrap();
+    let k = (1..r)
+        .find(|k| RealSpace::frames(r, *k).dim() == d)
+        .unwrap();
     let mut walk = Walk::new(space, 9, far, &mut TestNumbers(seed));
     walk.tension = tension;
     let legs = walk.lengths.len();
@@ -251,7 +253,7 @@ fn integrated(
     tension: f64,
 ) -> PiecewiseTaylor {
     let r = frame.nrows();
-    let space = Frames { r, k };
+    let space = RealSpace::frames(r, k);
     let mut entries = columns(frame);
     for x in dense.end(leg, 0, space.dim()) {
         let x = matrix(space, x);
@@ -282,10 +284,10 @@ fn check_splines(far: f64, ends: impl Fn(usize, &mut TestNumbers) -> Ends) {
             0 => check_spline::<Lanes, _>(FixedFrames::<2, 1>, far, &ends(1), 1),
             1 => check_spline::<Lanes, _>(FixedFrames::<3, 1>, far, &ends(2), 2),
             2 => check_spline::<Lanes, _>(FixedFrames::<3, 2>, far, &ends(3), 3),
-            3 => check_spline::<f64, _>(Frames { r: 4, k: 2 }, far, &ends(5), 4),
-            4 => check_spline::<Lanes, _>(Frames { r: 5, k: 2 }, far, &ends(7), 5),
-            5 => check_spline::<Lanes, _>(Frames { r: 4, k: 3 }, far, &ends(6), 6),
-            _ => check_spline::<f64, _>(Frames { r: 6, k: 3 }, far, &ends(12), 7),
+            3 => check_spline::<f64, _>(RealSpace::frames(4, 2), far, &ends(5), 4),
+            4 => check_spline::<Lanes, _>(RealSpace::frames(5, 2), far, &ends(7), 5),
+            5 => check_spline::<Lanes, _>(RealSpace::frames(4, 3), far, &ends(6), 6),
+            _ => check_spline::<f64, _>(RealSpace::frames(6, 3), far, &ends(12), 7),
         }
     });
 }
@@ -318,7 +320,7 @@ fn closed_splines_are_cubics_that_join() {
 #[test]
 fn boundary_values_are_those_of_shooting() {
     for (r, k) in [(3, 1), (3, 2), (4, 2), (6, 3)] {
-        let space = Frames { r, k };
+        let space = RealSpace::frames(r, k);
         let mut numbers = TestNumbers(41);
         for problem in 0..10 {
             let mut walk = Walk::new(space, 1, 1.0, &mut numbers);

@@ -38,9 +38,7 @@ pub(crate) struct Shape {
 /// rotations in three dimensions are compile-time constants.
 macro_rules! in_space {
     ($shape:expr, |$space:ident| $body:expr) => {{
-        use $crate::space::{
-            ComplexSpace, FixedFrames, Frames, Quotient, ScalarField, Shape, Subspaces,
-        };
+        use $crate::space::{ComplexSpace, FixedFrames, Quotient, RealSpace, ScalarField, Shape};
         let Shape { r, k, kind } = $shape;
         let quotient = kind.quotient;
         match (kind.field, quotient, r, k) {
@@ -48,20 +46,16 @@ macro_rules! in_space {
                 let $space = ComplexSpace { r, k, quotient };
                 $body
             }
-            (_, Quotient::Subspaces, ..) => {
-                let $space = Subspaces { r, k };
-                $body
-            }
-            (_, _, 3, 1) => {
+            (_, Quotient::Frames, 3, 1) => {
                 let $space = FixedFrames::<3, 1>;
                 $body
             }
-            (_, _, 3, 2) => {
+            (_, Quotient::Frames, 3, 2) => {
                 let $space = FixedFrames::<3, 2>;
                 $body
             }
             _ => {
-                let $space = Frames { r, k };
+                let $space = RealSpace { r, k, quotient };
                 $body
             }
         }

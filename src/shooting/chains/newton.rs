@@ -41,7 +41,7 @@ impl<T: Field, S: Homogeneous> SeriesChain<'_, T, S> {
                     return Ok(StopReason::Stagnated);
                 }
                 is_last = true;
-                self.evaluate(0.0, is_last);
+                self.evaluate(STILL * goal, is_last);
                 continue;
             }
             is_last = has_all_terms;

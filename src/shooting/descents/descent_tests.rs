@@ -8,7 +8,7 @@ use crate::legs::{Options, Progress};
 use crate::linalg::field::{Field, multiply};
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
-use crate::space::{ComplexSpace, FixedFrames, Frames, Homogeneous, Quotient, orthonormalise};
+use crate::space::{ComplexSpace, FixedFrames, Homogeneous, Quotient, RealSpace, orthonormalise};
 
 const LEGS: usize = 5;
 
@@ -198,10 +198,10 @@ fn descend_beside<T: Field, S: Homogeneous>(
 fn gradient_and_second_derivative_are_those_of_the_cost() {
     check_derivatives::<Lanes, _>(FixedFrames::<3, 1>);
     check_derivatives::<Lanes, _>(FixedFrames::<3, 2>);
-    check_derivatives::<f64, _>(Frames { r: 3, k: 3 });
-    check_derivatives::<Lanes, _>(Frames { r: 4, k: 2 });
-    check_derivatives::<f64, _>(Frames { r: 5, k: 2 });
-    check_derivatives::<Lanes, _>(Frames { r: 4, k: 4 });
+    check_derivatives::<f64, _>(RealSpace::frames(3, 3));
+    check_derivatives::<Lanes, _>(RealSpace::frames(4, 2));
+    check_derivatives::<f64, _>(RealSpace::frames(5, 2));
+    check_derivatives::<Lanes, _>(RealSpace::frames(4, 4));
     for (r, k, quotient) in [
         (2, 2, Quotient::Frames),
         (4, 2, Quotient::Frames),
@@ -215,7 +215,7 @@ fn gradient_and_second_derivative_are_those_of_the_cost() {
 
 #[test]
 fn jumps_of_the_third_vector_vanish_where_a_descent_ends() {
-    let space = Frames { r: 5, k: 2 };
+    let space = RealSpace::frames(5, 2);
     let mut room = room::<f64, _>(space);
     let mut chain = chain::<f64, _>(space, ChainLayout::between_ends(LEGS), 0.0, &mut room);
     assert_eq!(descend(&mut chain), StopReason::Converged);
@@ -325,8 +325,8 @@ fn check_nearness<S: Homogeneous>(space: S) {
 fn chains_are_near_if_points_and_velocities_are() {
     check_nearness(FixedFrames::<3, 1>);
     check_nearness(FixedFrames::<3, 2>);
-    check_nearness(Frames { r: 5, k: 2 });
-    check_nearness(Frames { r: 4, k: 4 });
+    check_nearness(RealSpace::frames(5, 2));
+    check_nearness(RealSpace::frames(4, 4));
     let complex = ComplexSpace {
         r: 6,
         k: 4,
@@ -337,7 +337,7 @@ fn chains_are_near_if_points_and_velocities_are() {
 
 #[test]
 fn a_descent_stops_near_a_known_end() {
-    let space = Frames { r: 5, k: 2 };
+    let space = RealSpace::frames(5, 2);
     let rooms = [(); 2].map(|()| room::<f64, _>(space));
     let [mut first, mut second] = rooms;
     let mut first = chain::<f64, _>(space, ChainLayout::between_ends(LEGS), 0.0, &mut first);

@@ -6,7 +6,7 @@ use super::series::{LegSeries, at_ends};
 use super::variation::MiddleVariation;
 use crate::linalg::field::{Field, largest, transposed_multiply};
 use crate::linalg::lanes::Lanes;
-use crate::space::{FixedFrames, Homogeneous, Subspaces, skew};
+use crate::space::{FixedFrames, Homogeneous, RealSpace, skew};
 
 const ORDER: usize = 40;
 
@@ -52,7 +52,7 @@ fn rotations_between_the_ends_are_those_of_the_frames() {
     }
     compare(FixedFrames::<3, 2>);
     compare(FixedFrames::<3, 1>);
-    compare(Subspaces { r: 3, k: 1 });
+    compare(RealSpace::subspaces(3, 1));
 }
 
 /// A constant rate turns by itself, also beyond half turns and by whole ones.

@@ -412,7 +412,7 @@ const fn at_half(derivative: usize) -> [[f64; 2]; MOST_PAIRS] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::{FixedFrames, Subspaces};
+    use crate::space::{FixedFrames, RealSpace};
 
     /// The special case is the general sum without its zeros, bit by bit.
     #[test]
@@ -433,6 +433,6 @@ mod tests {
         }
         compare(FixedFrames::<3, 2>);
         compare(FixedFrames::<3, 1>);
-        compare(Subspaces { r: 3, k: 1 });
+        compare(RealSpace::subspaces(3, 1));
     }
 }
