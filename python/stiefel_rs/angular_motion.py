@@ -22,7 +22,7 @@ def check_frame(frame: str) -> Frame:
     InvalidInputError
         The name is neither ``"body"`` nor ``"world"``.
     """
-    if frame not in get_args(Frame):
+    if not isinstance(frame, str) or frame not in get_args(Frame):
         raise InvalidInputError(f"frame: expected 'body' or 'world', found {frame!r}")
     return frame  # type: ignore[return-value]
 
@@ -53,6 +53,8 @@ class AngularMotion(ABC):
         ------
         InvalidInputError
             Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
+        ConvergenceError
+            Times so far outside ``t_span`` that the integration of the end piece takes more than 100000 steps.
 
         Examples
         --------
@@ -83,6 +85,8 @@ class AngularMotion(ABC):
         ------
         InvalidInputError
             Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
+        ConvergenceError
+            Times so far outside ``t_span`` that the integration of the end piece takes more than 100000 steps.
 
         Examples
         --------
@@ -113,6 +117,8 @@ class AngularMotion(ABC):
         ------
         InvalidInputError
             Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
+        ConvergenceError
+            Times so far outside ``t_span`` that the integration of the end piece takes more than 100000 steps.
 
         Examples
         --------

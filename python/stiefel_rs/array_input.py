@@ -77,6 +77,20 @@ def real_array(values: ArrayLike, name: str) -> Array:
     return array.astype(np.float64, copy=False)
 
 
+def check_lam(lam: Any) -> None:
+    """Check that the weight of the acceleration of a smoothing spline is a number or None.
+
+    Raises
+    ------
+    TypeError
+        Anything else.
+    """
+    if lam is None:
+        return
+    if isinstance(lam, str) or shape_of(lam) != () or not hasattr(lam, "__float__"):
+        raise TypeError(f"lam: expected a number, or None for cross-validation, found {type(lam).__name__}")
+
+
 def either(t: ArrayLike | None, times: ArrayLike | None) -> ArrayLike:
     """Return the value of an argument that has two names.
 

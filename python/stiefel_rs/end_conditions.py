@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Mapping, Set
 from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
@@ -30,7 +31,7 @@ def read_bc_type(bc_type: Any, shape: tuple[int, ...]) -> BcType:
     InvalidInputError
         Unknown word or order, or a vector with a wrong shape or non-finite entries.
     TypeError
-        The conditions are neither a word nor a pair.
+        The conditions are neither a word nor a pair, or an order is not a whole number.
     """
     if isinstance(bc_type, str):
         return _word(bc_type, WORDS, "or a pair")  # type: ignore[return-value]
@@ -47,9 +48,12 @@ def _word(word: str, words: tuple[str, ...], other: str) -> str:
 
 def _pair(items: Any, what: str) -> tuple[Any, Any]:
     try:
-        found = tuple(items)
+        # The items of these have no order, or no values.
+        found = None if isinstance(items, Mapping | Set) else tuple(items)
     except TypeError:
-        raise TypeError(f"bc_type: expected a pair ({what}), found {type(items).__name__}") from None
+        found = None
+    if found is None:
+        raise TypeError(f"bc_type: expected a pair ({what}), found {type(items).__name__}")
     if len(found) != 2:
         raise InvalidInputError(f"bc_type: expected a pair ({what}), found {len(found)} items")
     return found
@@ -59,7 +63,7 @@ def _end(end: Any, shape: tuple[int, ...]) -> End:
     if isinstance(end, str):
         return _word(end, END_WORDS, "or a pair for one end")  # type: ignore[return-value]
     given, vector = _pair(end, "an order and a vector")
-    order = operator.index(given)
+    order = _order(given)
     if order not in (1, 2):
         raise InvalidInputError(
             f"bc_type: the order of an end condition must be 1 (rate) or 2 (acceleration), found {order}"
@@ -70,10 +74,37 @@ def _end(end: Any, shape: tuple[int, ...]) -> End:
     return order, _frozen(array)  # type: ignore[return-value]
 
 
+def _order(given: Any) -> int:
+    """Read a whole number, also as a float, as SciPy does."""
+    if isinstance(given, float | np.floating) and given.is_integer():
+        return int(given)
+    try:
+        return operator.index(given)
+    except TypeError:
+        raise TypeError(f"bc_type: the order of an end condition must be 1 or 2, found {given!r}") from None
+
+
 def _frozen(array: Array) -> Array:
     copy = np.array(array)
     copy.flags.writeable = False
     return copy
+
+
+def in_body_frame(bc_type: BcType | None, ends: Array) -> BcType | None:
+    """Express conditions ``V = R hat(w)`` at both end rotations, shape (2, 3, 3), by body vectors ``w``."""
+    if bc_type is None or isinstance(bc_type, str):
+        return bc_type
+    first, last = (
+        end if isinstance(end, str) else (end[0], _frozen(_vee(R.T @ end[1])))
+        for end, R in zip(bc_type, ends, strict=True)
+    )
+    return first, last
+
+
+def _vee(matrix: Array) -> Array:
+    """Return the vector of the skew part of a matrix."""
+    skew = (matrix - matrix.T) / 2
+    return np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
 
 
 def part(bc_type: BcType, index: int) -> BcType:

@@ -7,10 +7,10 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from . import positions as position_splines
-from .array_input import either_weights, shape_of
+from .array_input import either_weights, flag, shape_of
 from .end_conditions import BcType, part, read_bc_type
 from .errors import InvalidInputError
-from .pose_input import Poses, read_poses
+from .pose_input import read_poses
 from .pose_motion import PoseMotion
 from .rotation import RotationSpline
 
@@ -41,7 +41,8 @@ class PoseSpline(PoseMotion):
         m/s^2.
     extrapolate : bool, default True
         If True, the first and the last piece are continued outside ``[t[0], t[-1]]``. If False, such times raise,
-        except within 4 ulp of an end (of the larger end in absolute value), which count as that end.
+        except within 4 ulp of an end (of the larger end in absolute value), which count as that end. The pieces are
+        continued by integration in at most 100000 steps: times too far outside raise `ConvergenceError`.
     project : bool, default False
         If True, rotation matrices that are not orthonormal are replaced by the nearest rotations.
     tol, max_iterations, num_threads
@@ -101,21 +102,22 @@ class PoseSpline(PoseMotion):
         max_iterations: int = 200,
         num_threads: int | None = None,
     ) -> None:
-        found = read_poses(poses)
+        extrapolate = flag("extrapolate", extrapolate)
+        kind, turns, points = read_poses(poses, project=project)
         ends = read_bc_type(bc_type, (2, 3))
+        if ends == "periodic":
+            points = position_splines.closed(points)
         rotations = RotationSpline(
             t,
-            found.rotations,
+            turns,
             part(ends, 0),
             extrapolate=extrapolate,
-            project=project,
             tol=tol,
             max_iterations=max_iterations,
             num_threads=num_threads,
         )
-        _check_counts(rotations, found)
-        positions = position_splines.interpolating(rotations.t, found.positions, part(ends, 1))
-        self._set(found.kind, rotations, positions, ends, None)
+        positions = position_splines.interpolating(rotations.t, points, part(ends, 1))
+        self._set(kind, rotations, positions, ends, None)
 
     @classmethod
     def smoothing(
@@ -181,23 +183,23 @@ class PoseSpline(PoseMotion):
         True
         """
         weights = either_weights(weights, w)
-        found = read_poses(poses)
+        extrapolate = flag("extrapolate", extrapolate)
+        kind, turns, points = read_poses(poses, project=project)
         lam_rotations, lam_positions = _two(lam)
+        position_splines.check_smoothing(t, len(points), lam_positions)
         rotations = RotationSpline.smoothing(
             t,
-            found.rotations,
+            turns,
             lam=lam_rotations,
             weights=weights,
             extrapolate=extrapolate,
-            project=project,
             tol=tol,
             max_iterations=max_iterations,
             num_threads=num_threads,
         )
-        positions = position_splines.smoothing(t, found.positions, lam_positions, weights)
-        _check_counts(rotations, found)
+        positions = position_splines.smoothing(t, points, lam_positions, weights)
         self = cls.__new__(cls)
-        self._set(found.kind, rotations, positions, None, (rotations.lam, lam_positions))
+        self._set(kind, rotations, positions, None, (rotations.lam, lam_positions))
         return self
 
 
@@ -207,10 +209,3 @@ def _two(lam: Any) -> tuple[float | None, float | None]:
     if len(lam) != 2 or any(shape_of(each) != () for each in lam):
         raise InvalidInputError(f"lam: expected a number or a pair, for rotations and positions, found {lam!r}")
     return lam[0], lam[1]
-
-
-def _check_counts(rotations: RotationSpline, poses: Poses) -> None:
-    if rotations.t.shape != (len(poses.positions),):
-        raise InvalidInputError(
-            f"positions: expected shape ({', '.join(map(str, rotations.t.shape))}, 3), found {poses.positions.shape}"
-        )

@@ -6,9 +6,17 @@ from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .array_input import Array, at_knot, check_knots_finite, real_array, shape_of
+from .array_input import Array, at_knot, check_knots_finite, flag, real_array, shape_of
 from .errors import InvalidInputError
-from .rotation_input import ORTHONORMAL, ORTHONORMAL_SINGLE, is_single, is_transform, scipy_module
+from .rotation_input import (
+    ORTHONORMAL,
+    ORTHONORMAL_SINGLE,
+    Rotations,
+    is_single,
+    is_transform,
+    read_rotations,
+    scipy_module,
+)
 
 PoseKind: TypeAlias = Literal["RigidTransform", "matrices", "pair"]
 
@@ -16,43 +24,48 @@ LAST_ROW: Final = (0.0, 0.0, 0.0, 1.0)
 
 
 class Poses(NamedTuple):
-    """Poses as given.
+    """Validated poses.
 
     Attributes
     ----------
     kind : {"RigidTransform", "matrices", "pair"}
-    rotations : Any
-        Rotations, which `RotationSpline` reads and validates.
+        Kind in which they were given.
+    rotations : Rotations
+        N rotations.
     positions : ndarray, shape (N, 3)
         Finite positions.
     """
 
     kind: PoseKind
-    rotations: Any
+    rotations: Rotations
     positions: Array
 
 
-def read_poses(poses: Any) -> Poses:
+def read_poses(poses: Any, *, project: bool = False) -> Poses:
     """Read N poses of any kind.
 
     Parameters
     ----------
     poses : RigidTransform, or array_like, shape (N, 4, 4), or tuple of (rotations, positions)
         Rotations of any kind that `RotationSpline` accepts, and positions of shape (N, 3), in any unit of length.
+    project : bool, default False
+        If True, rotation matrices are replaced by the nearest rotations first.
 
     Raises
     ------
     InvalidInputError
-        Wrong shape, non-finite entries, a last row other than (0, 0, 0, 1).
+        Wrong shape, non-finite entries, a last row other than (0, 0, 0, 1), rotations that `read_rotations` refuses,
+        different numbers of rotations and positions.
     TypeError
-        Not real numbers.
+        Not real numbers; a `project` that is not a truth value.
     """
+    project = flag("project", project)
     if is_transform(poses, "RigidTransform"):
         return _of_scipy(poses)
     # A tuple may also consist of two matrices.
     if isinstance(poses, tuple) and len(poses) == 2 and shape_of(poses[1]) != (4, 4):
-        return _of_pair(*poses)
-    return _of_matrices(poses)
+        return _of_pair(*poses, project=project)
+    return _of_matrices(poses, project=project)
 
 
 def _of_scipy(poses: Any) -> Poses:
@@ -61,10 +74,10 @@ def _of_scipy(poses: Any) -> Poses:
         found = "a single pose" if positions.ndim == 1 else f"shape {positions.shape[:-1]}"
         raise InvalidInputError(f"poses: expected N poses, found {found}")
     check_knots_finite(positions, "poses", 1)
-    return Poses("RigidTransform", poses.rotation, positions)
+    return Poses("RigidTransform", read_rotations(poses.rotation), positions)
 
 
-def _of_matrices(poses: Any) -> Poses:
+def _of_matrices(poses: Any, *, project: bool) -> Poses:
     matrices = real_array(poses, "poses")
     single = is_single(poses)
     if matrices.ndim != 3 or matrices.shape[1:] != (4, 4):
@@ -78,15 +91,19 @@ def _of_matrices(poses: Any) -> Poses:
         knot = int(np.argmax(wrong))
         raise at_knot(f"poses: the last row must be (0, 0, 0, 1), found {tuple(matrices[knot, 3].tolist())}", knot)
     rotations = matrices[:, :3, :3].astype(np.float32 if single else np.float64)
-    return Poses("matrices", rotations, matrices[:, :3, 3].copy())
+    return Poses("matrices", read_rotations(rotations, project=project), matrices[:, :3, 3].copy())
 
 
-def _of_pair(rotations: Any, positions: Any) -> Poses:
+def _of_pair(rotations: Any, positions: Any, *, project: bool) -> Poses:
     array = real_array(positions, "positions")
     if array.ndim != 2 or array.shape[1] != 3:
         raise InvalidInputError(f"positions: expected shape (N, 3), found {array.shape}")
     check_knots_finite(array, "positions", 1)
-    return Poses("pair", rotations, array)
+    found = read_rotations(rotations, project=project)
+    shape = (*found.quaternions.shape[:-1], 3)
+    if array.shape != shape:
+        raise InvalidInputError(f"positions: expected shape {shape}, found {array.shape}")
+    return Poses("pair", found, array)
 
 
 def pose_matrices(rotations: Array, positions: Array) -> Array:

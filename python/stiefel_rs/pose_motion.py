@@ -54,6 +54,8 @@ class PoseMotion(AngularMotion):
         ------
         InvalidInputError
             Times that are not finite, or outside ``t_span`` if `extrapolate` is False.
+        ConvergenceError
+            Times so far outside ``t_span`` that the integration of the end piece takes more than 100000 steps.
         """
         times = real_array(t, "t")
         allowed = self.extrapolate if extrapolate is None else extrapolate
@@ -79,6 +81,8 @@ class PoseMotion(AngularMotion):
         ------
         InvalidInputError
             Times that are not finite, or outside ``t_span`` if `extrapolate` is False.
+        ConvergenceError
+            Times so far outside ``t_span`` that the integration of the end piece takes more than 100000 steps.
         """
         return self._rotations(t)
 
@@ -121,6 +125,9 @@ class PoseMotion(AngularMotion):
         ------
         InvalidInputError
             Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
+        ConvergenceError
+            In the body frame: times so far outside ``t_span`` that the integration of the end piece takes more than
+            100000 steps.
         """
         return cast("Array", _in_library_of(t, self._linear(t, 1, frame)))
 
@@ -144,6 +151,9 @@ class PoseMotion(AngularMotion):
         ------
         InvalidInputError
             Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
+        ConvergenceError
+            In the body frame: times so far outside ``t_span`` that the integration of the end piece takes more than
+            100000 steps.
         """
         return cast("Array", _in_library_of(t, self._linear(t, 2, frame)))
 
@@ -166,6 +176,9 @@ class PoseMotion(AngularMotion):
         ------
         InvalidInputError
             Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
+        ConvergenceError
+            In the body frame: times so far outside ``t_span`` that the integration of the end piece takes more than
+            100000 steps.
         """
         return cast("Array", _in_library_of(t, self._linear(t, 3, frame)))
 
@@ -193,6 +206,8 @@ class PoseMotion(AngularMotion):
         ------
         InvalidInputError
             Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown frame.
+        ConvergenceError
+            Times so far outside ``t_span`` that the integration of the end piece takes more than 100000 steps.
 
         Notes
         -----

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .array_input import Array, at_knot, finite_array
+from .array_input import Array, at_knot, check_lam, finite_array, shape_of
 from .end_conditions import BcType
 from .errors import InvalidInputError
 from .rotation_input import scipy_module
@@ -23,16 +23,16 @@ USE: Final = "PoseSpline"
 def interpolating(t: Array, positions: Array, bc_type: BcType) -> Any:
     """Make the cubic spline of positions, a `scipy.interpolate.CubicSpline`.
 
+    If the ends are periodic, the last position is the first, as `closed` returns them.
+
     Raises
     ------
     InvalidInputError
-        The ends are periodic, and their positions differ.
+        A value overflows.
     ImportError
         SciPy is not installed.
     """
     scipy = scipy_module("scipy.interpolate", USE)
-    if bc_type == "periodic":
-        positions = _closed(positions)
     try:
         # Overflow is reported by an exception below.
         with np.errstate(all="ignore"):
@@ -63,35 +63,69 @@ def _check_finite(values: Array) -> None:
         raise InvalidInputError("positions: a value overflows; use a smaller unit of time, or a larger unit of length")
 
 
-def _closed(positions: Array) -> Array:
+def closed(positions: Array) -> Array:
+    """Return positions of a closed curve, with the last set to the first; they may differ by round-off.
+
+    Raises
+    ------
+    InvalidInputError
+        They differ by more.
+    """
+    if not len(positions):
+        return positions
     gap = float(np.abs(positions[-1] - positions[0]).max())
     if gap > CLOSED * float(np.abs(positions).max()):
         raise at_knot(
             f"positions: the last must equal the first (periodic ends), found a gap of {gap:.3g}",
             len(positions) - 1,
         )
-    closed = positions.copy()
-    closed[-1] = closed[0]
-    return closed
+    out = positions.copy()
+    out[-1] = out[0]
+    return out
+
+
+def check_smoothing(t: ArrayLike, count: int, lam: Any) -> None:
+    """Refuse arguments of a smoothing spline that are valid for rotations, but not for positions.
+
+    Raises
+    ------
+    InvalidInputError
+        Fewer than 5 positions, a `lam` that is negative or not finite, times that repeat.
+    TypeError
+        A `lam` that is not a number.
+    """
+    if count < SMOOTHED_AT_LEAST:
+        raise InvalidInputError(f"poses: smoothing needs at least {SMOOTHED_AT_LEAST} poses, found {count}")
+    check_lam(lam)
+    if lam is not None and not (np.isfinite(lam) and lam >= 0):
+        raise InvalidInputError(f"lam: expected a finite number of at least 0 for positions, found {lam}")
+    _check_repeated(t)
+
+
+def _check_repeated(t: ArrayLike) -> None:
+    """Raise for times that repeat; all other invalid times are refused with the rotations."""
+    if len(shape_of(t) or ()) != 1:
+        return
+    times = np.asarray(t)
+    if times.dtype.kind in "fiu" and (falls := times[1:] <= times[:-1]).any():
+        knot = int(np.argmax(falls)) + 1
+        raise at_knot(f"t: must be greater than the time before it, found {times[knot]}", knot)
 
 
 def smoothing(t: ArrayLike, positions: Array, lam: float | None, weights: ArrayLike | None) -> Any:
     """Make the smoothing spline of positions, a `scipy.interpolate.BSpline`.
 
-    Without `lam`, cross-validation chooses one for each coordinate.
+    Without `lam`, cross-validation chooses one for each coordinate. `check_smoothing` accepts the arguments.
 
     Raises
     ------
     InvalidInputError
-        Fewer than 5 positions, times that do not increase, or a `lam` that is negative, not finite or so large that
-        products overflow.
+        A `lam` so large that products overflow, or positions that do.
     ImportError
         SciPy is not installed.
     """
     scipy = scipy_module("scipy.interpolate", USE)
-    times = _increasing(t, len(positions))
-    if lam is not None and not (np.isfinite(lam) and lam >= 0):
-        raise InvalidInputError(f"lam: expected a finite number of at least 0 for positions, found {lam}")
+    times = finite_array(t, "t")
     w = None if weights is None else finite_array(weights, "weights")
     # Smoothing leaves lines unchanged. SciPy's equations lose them to rounding if `lam` is large: for 200 positions up
     # to 1, the error is 0.04 for a `lam` of a million times the cube of the duration.
@@ -103,7 +137,7 @@ def smoothing(t: ArrayLike, positions: Array, lam: float | None, weights: ArrayL
         relative = (times - times[0]) / unit
         mean = 1.0 if w is None else float(np.mean(w / w.max()) * w.max())
         share = None if w is None else w / mean
-        scaled = None if lam is None else float(lam / mean / unit / unit / unit)
+        scaled = None if lam is None else float(lam) / mean / unit / unit / unit
     if scaled is not None and not np.isfinite(scaled):
         raise InvalidInputError(f"lam ({lam}) too large for these times and weights")
     rest = (positions - line(times)).T
@@ -128,17 +162,3 @@ def _line(times: Array, positions: Array, weights: Array | None) -> Callable[[Ar
     start = np.average(positions, axis=0, weights=w)
     rate = (w * past) @ positions / ((w * past) @ past)
     return lambda t: start + (t - middle)[:, None] * rate
-
-
-def _increasing(t: ArrayLike, count: int) -> Array:
-    """Read one time for each position."""
-    times = finite_array(t, "t")
-    if times.shape != (count,):
-        raise InvalidInputError(f"t: expected one time for each of the {count} poses, found shape {times.shape}")
-    if count < SMOOTHED_AT_LEAST:
-        raise InvalidInputError(f"poses: smoothing needs at least {SMOOTHED_AT_LEAST} poses, found {count}")
-    falls = np.diff(times) <= 0
-    if falls.any():
-        knot = int(np.argmax(falls)) + 1
-        raise at_knot("t: must be greater than the time before it", knot)
-    return times

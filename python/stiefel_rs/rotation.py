@@ -9,11 +9,12 @@ from numpy.typing import ArrayLike
 
 from ._core import CubicHermite, CubicSpline, RotationCurve, SmoothingSpline, Stiefel
 from .angular_motion import Frame, check_frame
-from .array_input import Array, either, either_weights, flag, vectors_at_knots
-from .end_conditions import BcType, read_bc_type
+from .array_input import Array, check_lam, either, either_weights, flag, vectors_at_knots
+from .end_conditions import BcType, in_body_frame, read_bc_type
 from .errors import InvalidInputError
+from .half_turns import check_directions
 from .rotation_curves import RotationCurves, each_curve, each_member, flat_batch
-from .rotation_input import KINDS, RotationKind, matrices_of, read_rotations, unit
+from .rotation_input import KINDS, RotationKind, inverse, matrices_of, read_rotations, rotated, unit
 from .rotation_motion import RotationMotion
 
 if TYPE_CHECKING:
@@ -48,7 +49,8 @@ class RotationSpline(RotationMotion):
         Alias of `t`, in s, as in SciPy.
     extrapolate : bool, default True
         If True, the first and the last piece are continued outside ``[t[0], t[-1]]``. If False, such times raise,
-        except within 4 ulp of an end (of the larger end in absolute value), which count as that end.
+        except within 4 ulp of an end (of the larger end in absolute value), which count as that end. The pieces are
+        continued by integration in at most 100000 steps: times too far outside raise `ConvergenceError`.
     project : bool, default False
         If True, matrices that are not orthonormal are replaced by the nearest rotations.
     tol : float, default 1e-12
@@ -85,10 +87,10 @@ class RotationSpline(RotationMotion):
     (Noakes, Heinzinger, Paden 1989). For rotations about a fixed axis the spline is the cubic spline of the angle, if
     neighbours are at most 1.4 rad apart.
 
-    With neighbours farther apart there are several such curves, and the cheapest that was found is returned. It may
-    turn the long way between two rotations, also between near ones beside distant ones;
-    ``arc_length(t[i], t[i + 1])`` shows it. Rotations added in between, so that neighbours are at most 1.4 rad apart,
-    as a rule prevent that.
+    With neighbours farther apart, or at very uneven times, there are several such curves, and the cheapest that was
+    found is returned. It may turn the long way between two rotations, also between near ones beside distant ones;
+    ``arc_length(t[i], t[i + 1])`` shows it. Rotations added in between, so that neighbours are at most 1.4 rad apart
+    and intervals differ by less than ten times, as a rule prevent that.
 
     In the world frame, vectors are expressed along the axes of the world: ``R w``, ``R w'`` and ``R w''``. The first
     two are the world rate and its derivative, but the derivative of the second is ``R (w'' + w x w')``.
@@ -141,6 +143,9 @@ class RotationSpline(RotationMotion):
         options["num_threads"] = num_threads
         if quaternions.ndim == 2:
             curves = [RotationCurve(t, quaternions, ends, **options)]
+        elif 0 in quaternions.shape[:-2]:
+            members = each_member(t, quaternions)
+            curves = each_curve(lambda *each: RotationCurve(*each, **options), members, quaternions.shape[:-2])
         else:
             curves = RotationCurve.batch(*flat_batch(t, quaternions), ends, **options)
         self._set(RotationCurves(tuple(curves), *_axes(quaternions), extrapolate), kind, ends)
@@ -172,6 +177,7 @@ class RotationSpline(RotationMotion):
         Returns
         -------
         RotationSpline
+            Spline with the end conditions of the curve, ``bc_type``, in the body frame.
 
         Raises
         ------
@@ -186,7 +192,7 @@ class RotationSpline(RotationMotion):
         >>> RotationSpline.from_curve(curve)(1.0).round(6) + 0.0
         array([0.707107, 0.      , 0.      , 0.707107])
         """
-        if kind not in KINDS:
+        if not isinstance(kind, str) or kind not in KINDS:
             raise InvalidInputError(f"kind: expected one of {KINDS}, found {kind!r}")
         beyond = extrapolate if extrapolate is None else flag("extrapolate", extrapolate)
         member = RotationCurve.of_curve(curve)
@@ -195,7 +201,8 @@ class RotationSpline(RotationMotion):
         if beyond not in {None, curve.extrapolate}:
             member = RotationCurve.of_curve(_continued(curve, beyond))
         self = cls.__new__(cls)
-        self._set(RotationCurves((member,), (), len(member.t), member.curve.extrapolate), kind, None)
+        ends = in_body_frame(getattr(curve, "bc_type", None), curve.points[[0, -1]])
+        self._set(RotationCurves((member,), (), len(member.t), member.curve.extrapolate), kind, ends)
         return self
 
     @classmethod
@@ -246,7 +253,8 @@ class RotationSpline(RotationMotion):
         -------
         RotationSpline
             Spline with the attributes ``lam``, ``misfit`` and ``degrees_of_freedom``. Its knots are the distinct times;
-            ``rotations`` are those of the curve.
+            ``rotations`` are those of the curve. If members of a batch have different numbers of knots, the properties
+            ``t`` and ``rotations`` raise `InvalidInputError`.
 
         Raises
         ------
@@ -271,8 +279,7 @@ class RotationSpline(RotationMotion):
             "max_iterations": max_iterations,
             "num_threads": num_threads,
         }
-        if lam is not None and (isinstance(lam, str) or np.ndim(lam) != 0):
-            raise TypeError(f"lam: expected a number, or None for cross-validation, found {type(lam).__name__}")
+        check_lam(lam)
         weights = either_weights(weights, w)
         kind, quaternions = read_rotations(rotations, project=project)
         members = each_member(t, quaternions)
@@ -298,7 +305,7 @@ class RotationSpline(RotationMotion):
         """Interpolate rotations with given angular rates.
 
         The rate is continuous; the acceleration jumps at the knots. Between rotations half a turn apart the rates
-        determine the direction of rotation; if they do not, add a rotation in between.
+        decide the direction of rotation; if they do not, add a rotation in between.
 
         Parameters
         ----------
@@ -321,7 +328,11 @@ class RotationSpline(RotationMotion):
 
         Raises
         ------
-        InvalidInputError, OutsideDomainError, ConvergenceError, TypeError
+        OutsideDomainError
+            Two consecutive rotations are half a turn apart, to 2.7e-15 rad, and the sum of their rates has no component
+            along the axis: the turn at the mean of both rates along it is at most 2.7e-15 rad times one plus the turn
+            at the mean of their norms, in rad. Carries ``knot``, the index of the first, and ``angle`` in rad.
+        InvalidInputError, ConvergenceError, TypeError
             As for the class.
 
         Examples
@@ -334,14 +345,10 @@ class RotationSpline(RotationMotion):
         """
         extrapolate = flag("extrapolate", extrapolate)
         kind, quaternions = read_rotations(rotations, project=project)
-        points = matrices_of(unit(quaternions))
-        velocities = points @ _hat(_body_rates(rates, points, frame))
-        count = points.shape[-3]
-        S, V = (matrices.reshape(-1, count, 3, 3) for matrices in (points, velocities))
-        times = [member for member, _ in each_member(t, quaternions)]
+        quaternions = unit(quaternions)
+        members = each_member(t, quaternions, _body_rates(rates, quaternions, frame))
         options: Any = {"extrapolate": extrapolate, "num_threads": num_threads}
-        members = list(zip(times, S, V, strict=True))
-        curves = each_curve(lambda *each: CubicHermite(*each, **options), members, quaternions.shape[:-2])
+        curves = each_curve(lambda *each: _hermite(*each, **options), members, quaternions.shape[:-2])
         return cls._made(curves, quaternions, kind, extrapolate)
 
 
@@ -359,10 +366,18 @@ def _axes(quaternions: Array) -> tuple[tuple[int, ...], int]:
     return tuple(shape), knots
 
 
-def _body_rates(rates: ArrayLike, rotations: Array, frame: Frame) -> Array:
-    """Read rates at rotations, shape (..., N, 3, 3), and express them in the body frame."""
-    w = vectors_at_knots(rates, "rates", rotations.shape[:-1])
-    return np.einsum("...ji,...j->...i", rotations, w) if check_frame(frame) == "world" else w
+def _hermite(t: ArrayLike, quaternions: Array, rates: Array, **options: Any) -> CubicHermite:
+    """Make the curve of one spline from unit quaternions and rates in the body frame."""
+    R = matrices_of(quaternions)
+    curve = CubicHermite(t, R, R @ _hat(rates), **options)
+    check_directions(curve.t, quaternions, rates)
+    return curve
+
+
+def _body_rates(rates: ArrayLike, quaternions: Array, frame: Frame) -> Array:
+    """Read rates at unit quaternions, shape (..., N, 4), and express them in the body frame."""
+    w = vectors_at_knots(rates, "rates", (*quaternions.shape[:-1], 3))
+    return rotated(inverse(quaternions), w) if check_frame(frame) == "world" else w
 
 
 def _hat(w: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import _check_unmasked
-from .array_input import Array, finite_array, flag, times_within
+from .array_input import Array, finite_array, flag, real_array, times_within
 from .errors import InvalidInputError, StiefelError
 
 if TYPE_CHECKING:
@@ -46,7 +46,13 @@ class RotationCurves:
 
     @property
     def t(self) -> Array:
-        """Times of the knots, in s, shape ``(...) + (N,)``."""
+        """Times of the knots, in s, shape ``(...) + (N,)``.
+
+        Raises
+        ------
+        InvalidInputError
+            The members have different numbers of knots.
+        """
         if not self.shape:
             return self.members[0].t
         knots = [member.t for member in self.members]
@@ -137,18 +143,36 @@ def flat_batch(t: ArrayLike, quaternions: Array) -> tuple[Any, Array]:
     return times.reshape(members.shape[:-1]), members
 
 
-def each_member(t: ArrayLike, quaternions: Array) -> list[tuple[Any, Array]]:
-    """Return times, shape (N,), and quaternions, shape (N, 4), of each spline; a single spline counts as one."""
+def each_member(t: ArrayLike, quaternions: Array, *vectors: Array) -> list[tuple[Any, ...]]:
+    """Return times, shape (N,), quaternions, shape (N, 4), and vectors, shape (N, 3), of each spline.
+
+    A single spline counts as one. A batch without members gives one spline of equal rotations, whose construction
+    validates the times and the options; `each_curve` drops its curve.
+    """
     if quaternions.ndim == 2:
-        return [(t, quaternions)]
+        return [(t, quaternions, *vectors)]
     times, members = flat_batch(t, quaternions)
-    return [(times[i] if np.ndim(times) > 1 else times, member) for i, member in enumerate(members)]
+    count, knots, _ = members.shape
+    if not count:
+        return [_equal_rotations(t, knots, len(vectors))]
+    others = [each.reshape(count, knots, 3) for each in vectors]
+    rows = times if np.ndim(times) > 1 else [times] * count
+    return list(zip(rows, members, *others, strict=True))
+
+
+def _equal_rotations(t: ArrayLike, knots: int, vectors: int) -> tuple[Any, ...]:
+    """Return times, equal rotations and zero vectors, for a batch without members."""
+    if np.ndim(t) > 1:
+        # There are no times, only their type.
+        real_array(t, "t")
+        t = np.arange(float(knots))
+    return t, np.tile([0.0, 0.0, 0.0, 1.0], (knots, 1)), *(np.zeros((knots, 3)) for _ in range(vectors))
 
 
 def each_curve(make: Callable[..., Curve], members: Sequence[tuple[Any, ...]], shape: tuple[int, ...]) -> list[Curve]:
     """Return the curve of every spline of a batch of a given shape, one after another.
 
-    Errors name the member, except errors of arguments that all members share.
+    `members` are those of `each_member`. Errors name the member, except errors of arguments that all members share.
     """
     shared = SHARED if len({id(times) for times, *_ in members}) > 1 else (*SHARED, "t")
     curves = []
@@ -159,7 +183,7 @@ def each_curve(make: Callable[..., Curve], members: Sequence[tuple[Any, ...]], s
             if shape and argument_of(error) not in shared:
                 error.args = (f"{error.args[0]} (batch member {i})", *error.args[1:])
             raise
-    return curves
+    return curves[: math.prod(shape)]
 
 
 def argument_of(error: StiefelError) -> str:

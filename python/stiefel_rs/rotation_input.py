@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
-from typing import Any, Final, Literal, TypeAlias
+from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ._core import Stiefel
-from .array_input import Array, at_knot, check_knots_finite, located, real_array
+from .array_input import Array, at_knot, check_knots_finite, flag, located, real_array
 from .errors import InvalidInputError
 
 RotationKind: TypeAlias = Literal["Rotation", "quaternions", "matrices"]
@@ -43,31 +43,44 @@ def is_transform(thing: object, name: str) -> bool:
     return isinstance(found, type) and isinstance(thing, found)
 
 
-def read_rotations(rotations: Any, *, project: bool = False) -> tuple[RotationKind, Array]:
+class Rotations(NamedTuple):
+    """Validated rotations.
+
+    Attributes
+    ----------
+    kind : {"Rotation", "quaternions", "matrices"}
+        Kind in which they were given.
+    quaternions : ndarray, shape (..., N, 4)
+        Scalar last, of any nonzero length.
+    """
+
+    kind: RotationKind
+    quaternions: Array
+
+
+def read_rotations(rotations: Any, *, project: bool = False) -> Rotations:
     """Read rotations of any kind.
 
     Parameters
     ----------
-    rotations : Rotation, or array_like, shape (..., N, 4) or (..., N, 3, 3)
-        N rotations: a SciPy `Rotation`; quaternions, scalar last, of any nonzero length; or matrices.
+    rotations : Rotation, or array_like, shape (..., N, 4) or (..., N, 3, 3), or Rotations
+        N rotations: a SciPy `Rotation`; quaternions, scalar last, of any nonzero length; or matrices. The result of an
+        earlier call is returned as it is.
     project : bool, default False
         If True, matrices are replaced by the nearest rotations first.
-
-    Returns
-    -------
-    kind : {"Rotation", "quaternions", "matrices"}
-    quaternions : ndarray, shape (..., N, 4)
-        Scalar last, of any nonzero length.
 
     Raises
     ------
     InvalidInputError
         Wrong shape, non-finite entries, a quaternion of length zero, a matrix that is not a rotation (with its defect).
     TypeError
-        Not real numbers.
+        Not real numbers; a `project` that is not a truth value.
     """
+    project = flag("project", project)
+    if isinstance(rotations, Rotations):
+        return rotations
     if is_transform(rotations, "Rotation"):
-        return "Rotation", _of_scipy(rotations)
+        return Rotations("Rotation", _of_scipy(rotations))
     if isinstance(rotations, list | tuple) and any(is_transform(item, "Rotation") for item in rotations):
         raise TypeError("rotations: found a list of Rotation objects; join them with Rotation.concatenate")
     array = real_array(rotations, "rotations")
@@ -75,10 +88,10 @@ def read_rotations(rotations: Any, *, project: bool = False) -> tuple[RotationKi
     if array.ndim >= 2 and array.shape[-1] == 4:
         check_knots_finite(array, "rotations", 1)
         _check_lengths(array)
-        return "quaternions", array
+        return Rotations("quaternions", array)
     if array.ndim >= 3 and array.shape[-2:] == (3, 3):
         check_knots_finite(array, "rotations", 2)
-        return "matrices", quaternions_of(_rotation_matrices(array, single=single, project=project))
+        return Rotations("matrices", quaternions_of(_rotation_matrices(array, single=single, project=project)))
     raise InvalidInputError(
         f"rotations: expected a Rotation, quaternions (..., N, 4) or matrices (..., N, 3, 3), found shape {array.shape}"
     )

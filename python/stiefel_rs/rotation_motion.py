@@ -63,6 +63,8 @@ class RotationMotion(AngularMotion):
         ------
         InvalidInputError
             Times that are not finite, or outside ``t_span`` if `extrapolate` is False; unknown order.
+        ConvergenceError
+            Times so far outside ``t_span`` that the integration of the end piece takes more than 100000 steps.
         """
         t = either(t, times)
         if np.ndim(order) or order not in range(MAX_ORDER + 1):
@@ -103,6 +105,8 @@ class RotationMotion(AngularMotion):
         ------
         InvalidInputError
             A time outside ``t_span`` if `extrapolate` is False.
+        ConvergenceError
+            A time so far outside ``t_span`` that the integration of the end piece takes more than 100000 steps.
         """
         return self._curves.values(self._curves.arc_length(member, t0, t1) for member in self._curves.members)
 
@@ -146,17 +150,30 @@ class RotationMotion(AngularMotion):
 
     @property
     def t(self) -> Array:
-        """Times of the knots, in s, shape (N,); for a batch shape (..., N)."""
+        """Times of the knots, in s, shape (N,); for a batch shape (..., N).
+
+        Raises
+        ------
+        InvalidInputError
+            Members of a batch have different numbers of knots: a smoothing spline has one for each distinct time. For
+            their knots, use ``t`` of each of ``curve``.
+        """
         return self._curves.t
 
     @property
     def times(self) -> Array:
-        """Alias of `t`, in s, as in SciPy."""
+        """Alias of `t`, in s, as in SciPy; raises as `t` does."""
         return self.t
 
     @property
     def rotations(self) -> Any:
-        """Rotations at the knots, of the same kind as the input; quaternions have length 1 and continuous sign."""
+        """Rotations at the knots, of the same kind as the input; quaternions have length 1 and continuous sign.
+
+        Raises
+        ------
+        InvalidInputError
+            Members of a batch have different numbers of knots, as for `t`.
+        """
         return give_back(self._kind, self._curves.at_knots())
 
     @property

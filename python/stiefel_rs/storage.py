@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import io
 import os
+import shutil
 import threading
 import uuid
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -40,6 +41,8 @@ def naming(path: str | os.PathLike[str]) -> Iterator[None]:
 def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     """Open a temporary file next to `path`, which replaces `path` once it is complete.
 
+    The permissions of an existing file are kept.
+
     Raises
     ------
     OSError
@@ -53,9 +56,12 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
             with open(name, "wb") as file:
                 yield file
             return
-        partial = f"{name}.{uuid.uuid4().hex}.part"
+        # Without the name of the file, which may be as long as the file system allows.
+        partial = os.path.join(os.path.dirname(name), f".stiefel_rs-{uuid.uuid4().hex[:8]}.part")
         try:
             with open(partial, "xb") as file:
+                with suppress(FileNotFoundError):
+                    shutil.copymode(name, partial)
                 yield file
             os.replace(partial, name)
         except BaseException:

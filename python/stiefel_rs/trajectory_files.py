@@ -7,6 +7,7 @@ seconds, positions in metres.
 from __future__ import annotations
 
 import decimal
+import itertools
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -45,21 +46,36 @@ class Recording:
 
     Attributes
     ----------
+    name : str
+        Name of the file.
+    lines : list of int
+        Line number of each pose.
     stamps : list of Decimal
-        Times in seconds.
+        Increasing times in seconds.
     quaternions : numpy.ndarray, shape (N, 4)
     positions : numpy.ndarray, shape (N, 3), or None
         In metres; None for a file of orientations.
     """
 
+    name: str
+    lines: list[int]
     stamps: list[Decimal]
     quaternions: Array
     positions: Array | None
 
     @property
     def t(self) -> Array:
-        """Times in seconds, shape (N,)."""
-        return np.array([float(stamp) for stamp in self.stamps])
+        """Times in seconds, shape (N,).
+
+        Raises
+        ------
+        InvalidInputError
+            Two times are the same float64.
+        """
+        times = np.array([float(stamp) for stamp in self.stamps])
+        for i in np.flatnonzero(np.diff(times) <= 0)[:1]:
+            raise _wrong_time(self, i, "is the same as", " for a float; count times from a closer origin")
+        return times
 
     @property
     def poses(self) -> Any:
@@ -123,8 +139,8 @@ def write_tum(path: PathLike, t: ArrayLike, poses: Any) -> None:
     Parameters
     ----------
     path : str or os.PathLike
-        Name of the file. An existing file is replaced once the new one is complete, and stays as it is if
-        writing fails.
+        Name of the file. An existing file is replaced once the new one is complete, with the same permissions, and
+        stays as it is if writing fails.
     t : array_like, shape (N,)
         Increasing times in seconds.
     poses : tuple, scipy.spatial.transform.RigidTransform or array_like
@@ -149,8 +165,8 @@ def write_tum(path: PathLike, t: ArrayLike, poses: Any) -> None:
     quaternions.
 
     The file is written whole or not at all, whether writing raises or the process ends in the middle of it; a process
-    that is killed may leave a file ``*.part`` beside it. This does not hold for a loss of power, since the file is not
-    forced to the disk, nor for devices and pipes, which are written directly.
+    that is killed may leave a file ``.stiefel_rs-*.part`` beside it. This does not hold for a loss of power, since the
+    file is not forced to the disk, nor for devices and pipes, which are written directly.
     """
     _write_poses(path, TUM_SUFFIXES[0], t, poses)
 
@@ -214,7 +230,7 @@ def write_trajectory(path: PathLike, t: ArrayLike, poses: Any) -> None:
     ----------
     path : str or os.PathLike
         Name of the file; it ends in ``.tum``, ``.txt`` or ``.csv``. An existing file is replaced once the new one is
-        complete, and stays as it is if writing fails.
+        complete, with the same permissions, and stays as it is if writing fails.
     t : array_like, shape (N,)
         Increasing times in seconds.
     poses : tuple, scipy.spatial.transform.RigidTransform, scipy.spatial.transform.Rotation or array_like
@@ -291,9 +307,11 @@ def _collect(name: str, lines: Iterable[tuple[int, str]], layout: Layout) -> Rec
     except InvalidInputError as error:
         raise _wrong(name, numbers[error.knot or 0], str(error)) from None
     positions = table[:, 1:-4] / layout.parts_of_metre if len(layout.names) == len(TUM_NAMES) else None
-    found = Recording(stamps, quaternions, positions)
-    _check_times(name, numbers, found)
-    if found.t[-1] > LATEST:
+    found = Recording(name, numbers, stamps, quaternions, positions)
+    for i, (before, after) in enumerate(itertools.pairwise(stamps)):
+        if after <= before:
+            raise _wrong_time(found, i, "does not come after", "")
+    if stamps[-1] > LATEST:
         unit = "give the unit in the header, as in timestamp [ns]" if layout is not TUM else "TUM files are in seconds"
         raise _wrong(name, numbers[-1], f"time {stamps[-1]} s exceeds {LATEST:g} s, probably not in seconds; {unit}")
     return found
@@ -328,12 +346,11 @@ def _stamp(text: str, exponent: int) -> Decimal:
         return EXACT.create_decimal_from_float(float(text))
 
 
-def _check_times(name: str, numbers: Sequence[int], found: Recording) -> None:
-    for i in np.flatnonzero(np.diff(found.t) <= 0)[:1]:
-        before, after = found.stamps[i], found.stamps[i + 1]
-        why = "is the same as" if after > before else "does not come after"
-        there = " for a float; count times from a closer origin" if after > before else ""
-        raise _wrong(name, numbers[i + 1], f"time {after} s {why} {before} s in line {numbers[i]}{there}")
+def _wrong_time(found: Recording, before: int, why: str, advice: str) -> InvalidInputError:
+    """Return an error about two consecutive times, the first of them at index `before`."""
+    first, second = found.stamps[before : before + 2]
+    message = f"time {second} s {why} {first} s in line {found.lines[before]}{advice}"
+    return _wrong(found.name, found.lines[before + 1], message)
 
 
 def _write_poses(path: PathLike, suffix: str, t: ArrayLike, poses: Any) -> None:

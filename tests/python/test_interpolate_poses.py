@@ -1,6 +1,7 @@
 """`stiefel-rs interpolate` with trajectories: its output, and input refused before any computation."""
 
 import itertools
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -126,6 +127,21 @@ def test_nanoseconds_are_kept(files):
     assert [line.split(",")[0] for line in lines] == ["1403715524.907143168", "1403715524.912143169"]
     # The second time is that of the second pose: times are not exact in float64, by 1e-7 s.
     assert table(files / "out.csv")[1][1, 1:4] == pytest.approx(p[1], abs=1e-15)
+
+
+@pytest.mark.parametrize("kind", ["riemannian", "smoothing"])
+def test_stamps_closer_than_float64_resolves(files, kind):
+    _, (q, _) = poses(12)
+    stamps = [1_700_000_000_000_000_000 + 100 * i for i in range(12)]
+    rows = [",".join(map(str, [stamp, *quaternion])) for stamp, quaternion in zip(stamps, q, strict=True)]
+    (files / "ns.csv").write_text("\n".join(["t [ns],qx,qy,qz,qw", *rows]) + "\n")
+    options = ["--kind", kind, *(["--lam", "0"] if kind == "smoothing" else []), "--num", "12"]
+    assert run(files, *options, source="ns.csv", out="out.csv") == 0
+    lines = [line.split(",") for line in (files / "out.csv").read_text().splitlines()[1:]]
+    # Sums of a stamp and a float64 have the digits of the float64.
+    assert [round(Decimal(line[0]) * 10**12) for line in lines] == [1000 * stamp for stamp in stamps]
+    found = np.array([[float(number) for number in line[1:]] for line in lines])
+    assert np.abs(np.abs(np.sum(found * q, axis=1)) - 1).max() < 1e-12
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,8 @@ from scipy.interpolate import CubicSpline as Flat
 from scipy.spatial import transform
 from scipy.spatial.transform import Rotation
 
-from stiefel_rs import InvalidInputError, OutsideDomainError, PoseSpline, RotationSpline
+import stiefel_rs
+from stiefel_rs import ConvergenceError, InvalidInputError, OutsideDomainError, PoseSpline, RotationSpline
 from stiefel_rs.rotation_input import matrices_of, rotated
 
 MET = 1e-11
@@ -360,6 +361,58 @@ def test_bad_smoothing():
     for weights in (np.ones(5), np.zeros(6), -np.ones(6)):
         with pytest.raises(InvalidInputError, match="weights"):
             PoseSpline.smoothing(t, (q, p), weights=weights)
+
+
+def test_positions_are_checked_before_rotations_are_solved(monkeypatch):
+    t, q, p = poses()
+    # Any call of it fails.
+    monkeypatch.setattr(stiefel_rs.pose, "RotationSpline", None)
+    few = r"positions: expected shape \(6, 3\), found \(5, 3\)"
+    closed = np.concatenate([q[:-1], q[:1]])
+    refuse(few, PoseSpline, t, (q, p[:-1]))
+    refuse("knot 5: positions: the last must equal the first", PoseSpline, t, (closed, p), "periodic", knot=5)
+    refuse(few, PoseSpline.smoothing, t, (q, p[:-1]), lam=1e-3)
+    refuse("smoothing needs at least 5 poses, found 4", PoseSpline.smoothing, t[:4], (q[:4], p[:4]))
+    for lam, found in ((np.inf, "inf"), ((None, -1), "-1"), ((1.0, np.nan), "nan")):
+        match = f"lam: expected a finite number of at least 0 for positions, found {found}"
+        refuse(match, PoseSpline.smoothing, t, (q, p), lam=lam)
+    with pytest.raises(TypeError, match="lam: expected a number, or None for cross-validation, found str"):
+        PoseSpline.smoothing(t, (q, p), lam=(1.0, "gcv"))
+    for times in ([0, 1, 2, 2, 4, 5], np.array([0, 1, 2, 2, 4, 5], dtype=np.uint8)):
+        refuse("knot 3: t: must be greater .*, found 2", PoseSpline.smoothing, times, (q, p), knot=3)
+    for make in (PoseSpline, PoseSpline.smoothing):
+        with pytest.raises(TypeError, match="project: expected True or False, found 'yes'"):
+            make(t, (q, p), project="yes")
+        with pytest.raises(TypeError, match="extrapolate: expected True or False, found 1"):
+            make(t, (q, p), extrapolate=1)
+
+
+def test_times_that_are_no_numbers():
+    _, q, p = poses()
+    dates = np.datetime64("2024-01-01") + np.arange(6)
+    for make in (PoseSpline, PoseSpline.smoothing):
+        with pytest.raises(TypeError, match="t: datetimes are not numbers; convert them to seconds"):
+            make(dates, (q, p))
+        refuse("N >= 2|smoothing needs at least 5", make, [], (q[:0], p[:0]))
+    refuse("N >= 2", PoseSpline, [], (q[:0], p[:0]), "periodic")
+
+
+@pytest.mark.parametrize("frame", ["body", "world"])
+def test_far_outside_the_poses(frame):
+    t, q, p = poses()
+    spline = PoseSpline(t, (q, p))
+    for method in (spline.twist, spline.angular_velocity, spline.angular_acceleration, spline.angular_jerk):
+        with pytest.raises(ConvergenceError, match="too long or too fast, needs more than 100000 steps"):
+            method(1e9, frame)
+    for method in (spline, spline.rotation):
+        with pytest.raises(ConvergenceError, match="too long or too fast"):
+            method(1e9)
+    # Positions in the world frame are polynomials.
+    assert np.isfinite(spline.position(1e9)).all()
+    assert np.isfinite(spline.linear_velocity(1e9)).all()
+    for method in (spline.linear_velocity, spline.linear_acceleration, spline.linear_jerk):
+        with pytest.raises(ConvergenceError, match="too long or too fast"):
+            method(1e9, "body")
 
 
 @pytest.mark.parametrize(

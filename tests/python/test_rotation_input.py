@@ -2,6 +2,7 @@
 
 import datetime
 import pickle
+from functools import partial
 
 import numpy as np
 import pytest
@@ -160,6 +161,78 @@ def test_bad_end_conditions(bc_type, match, data):
 def test_end_conditions_of_another_type(bc_type, data):
     with pytest.raises(TypeError):
         RotationSpline(*data, bc_type)
+
+
+def test_end_conditions_without_order_or_values(data):
+    ends = {"natural": 1, "clamped": 2}
+    for wrong in (ends, set(ends), ends.keys(), ("natural", {1: 0, 2: 0})):
+        with pytest.raises(TypeError, match="bc_type: expected a pair"):
+            RotationSpline(*data, wrong)
+
+
+def test_orders_of_end_conditions_are_whole_numbers(data):
+    w = np.array([0.1, -0.2, 0.3])
+    expected = RotationSpline(*data, ((1, w), (2, w)))
+    for one, two in ((1.0, 2.0), (np.float32(1), np.int8(2))):
+        found = RotationSpline(*data, ((one, w), (two, w)))
+        assert np.array_equal(found(data[0], 1), expected(data[0], 1))
+        assert [type(order) for order, _ in found.bc_type] == [int, int]
+    for wrong in (1.5, np.nan, "1", None, 1j):
+        with pytest.raises(TypeError, match="bc_type: the order of an end condition must be 1 or 2, found"):
+            RotationSpline(*data, ((wrong, w), "natural"))
+    refuse("must be 1 .* or 2 .*, found 3", RotationSpline, *data, ((3.0, w), "natural"))
+
+
+def test_truth_values_and_words(make, data):
+    t, q = data
+    hermite = partial(RotationSpline.hermite, rates=np.zeros((4, 3)))
+    for project in ("yes", 1, None):
+        for call in (RotationSpline, RotationSpline.smoothing, hermite):
+            with pytest.raises(TypeError, match="project: expected True or False"):
+                call(t, q, project=project)
+    spline = make(t, q)
+    for frame in (np.array(["world", "body"]), ["world"], None, 1):
+        refuse("frame: expected 'body' or 'world', found", spline.angular_velocity, 0.5, frame)
+    refuse("kind: expected one of", RotationSpline.from_curve, spline.curve, kind=np.array(["quaternions", "matrices"]))
+
+
+def test_batches_without_members_are_checked(data):
+    t, empty, rates = data[0], np.zeros((0, 4, 4)), np.zeros((0, 4, 3))
+    makers = (
+        lambda t, **options: RotationSpline(t, empty, **options),
+        lambda t, **options: RotationSpline.smoothing(t, empty, **options),
+        lambda t, **options: RotationSpline.hermite(t, empty, rates, **options),
+    )
+    for make in makers:
+        assert make(t).t.shape == make(np.zeros((0, 4))).t.shape == (0, 4)
+        refuse("knot 1: t: must be", make, t[::-1], knot=1)
+        refuse("knot 2: t: entry 2 is not finite", make, [0, 1, np.nan, 3], knot=2)
+        refuse("one time for each of the 4 points, found 3", make, t[:3])
+        refuse(r"t: expected shape \(4,\) or \(0, 4\), found \(1, 4\)", make, t[None])
+        refuse("num_threads", make, t, num_threads=0)
+        with pytest.raises(TypeError, match="t: datetimes are not numbers"):
+            make(np.datetime64("2024-01-01") + np.arange(4))
+        for wrong in (["a", "b", "c", "d"], np.zeros((0, 4), dtype="M8[s]"), np.zeros((0, 4), dtype=str)):
+            with pytest.raises(TypeError, match="t: expected real numbers"):
+                make(wrong)
+    plain, smoothing, hermite = makers
+    # Rates that no spline through equal rotations needs to have.
+    fast = ((1, np.array([1e3, 0, 0])), "natural")
+    assert plain(t, bc_type=fast, tension=1.0).bc_type[0][0] == 1
+    for options in ({"tension": -1.0}, {"tol": -1.0}, {"max_iterations": 0}):
+        refuse(next(iter(options)), plain, t, **options)
+    refuse("lam: must be at least 0", smoothing, t, lam=-1)
+    refuse("knot 1: weights: must be positive", smoothing, t, weights=[1, 0, 1, 1], knot=1)
+    refuse("frame: expected", hermite, t, frame="spatial")
+
+
+def test_members_with_different_numbers_of_knots(data):
+    t, q = data
+    spline = RotationSpline.smoothing([t, [t[0], t[1], t[1], t[3]]], np.stack([q, q]), lam=0.1)
+    assert [len(curve.t) for curve in spline.curve] == [4, 3]
+    assert spline([1.0, 2.0]).shape == (2, 2, 4)
+    for name in ("t", "times", "rotations"):
+        refuse("t: the members of this batch have different numbers of knots", getattr, spline, name)
 
 
 def test_periodic_ends_must_close(data):

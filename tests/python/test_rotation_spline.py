@@ -214,6 +214,16 @@ def test_without_extrapolation_ends_count_to_round_off():
                 spline([0.5, outside], order)
 
 
+@pytest.mark.parametrize(("tension", "spans"), [(0.0, 1e4), (30.0, 4.0)])
+def test_far_outside_the_integration_is_given_up(tension, spans):
+    spline = RotationSpline([0, 1, 2], [[0, 0, 0, 1], [0, 0.1, 1, 1], [0, 0, 1, 0]], tension=tension)
+    far = 2 * (1 + spans)
+    methods = (spline, spline.angular_velocity, spline.angular_acceleration, spline.angular_jerk)
+    for method in (*methods, lambda t: spline(t, 3), lambda t: spline.arc_length(0, t)):
+        with pytest.raises(stiefel_rs.ConvergenceError, match="too long or too fast, needs more than 100000 steps"):
+            method(far)
+
+
 # Other constructors
 
 
@@ -272,6 +282,39 @@ def test_curves_in_files_make_the_spline_again(tmp_path):
         again = RotationSpline.from_curve(stiefel_rs.load(tmp_path / "curve.npz"), kind="matrices", extrapolate=True)
         same(again(t), matrices_of(spline(t)), 1e-12)
         assert type(again.curve) is type(spline.curve)
+
+
+def same_ends(found, expected):
+    """Whether end conditions are the same, to round-off of the conversion between frames."""
+    if isinstance(expected, str):
+        assert found == expected
+        return
+    for here, there in zip(found, expected, strict=True):
+        if isinstance(there, str):
+            assert here == there
+            continue
+        assert here[0] == there[0]
+        same(here[1], there[1], 8 * EPS)
+        assert not here[1].flags.writeable
+
+
+@pytest.mark.parametrize("ends", ENDS)
+def test_curves_keep_the_end_conditions_of_the_spline(ends, tmp_path):
+    t, q = wander(6)
+    if ends == "periodic":
+        q[-1] = q[0]
+    spline = RotationSpline(t, q, ENDS[ends][0], extrapolate=False)
+    spline.curve.save(tmp_path / "curve.npz")
+    solved = CubicSpline(t, matrices_of(q), spline.curve.bc_type)
+    for curve in (spline.curve, solved, stiefel_rs.load(tmp_path / "curve.npz")):
+        for extrapolate in (None, True):
+            same_ends(RotationSpline.from_curve(curve, extrapolate=extrapolate).bc_type, spline.bc_type)
+
+
+def test_other_curves_have_no_end_conditions():
+    t, q = wander(6)
+    for spline in (RotationSpline.smoothing(t, q, lam=0.1), RotationSpline.hermite(t, q, 0.1 * q[:, :3])):
+        assert RotationSpline.from_curve(spline.curve).bc_type is None
 
 
 def test_smoothing_tells_misfit_and_degrees_of_freedom(rng):

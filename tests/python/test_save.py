@@ -155,6 +155,36 @@ def test_a_file_is_replaced_only_by_a_whole_one(tmp_path):
     assert os.listdir(tmp_path) == ["curve.npz"]
 
 
+@pytest.mark.skipif(os.name == "nt", reason="files have other permissions there")
+def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path):
+    _, S, _ = walk(3, 2, 2)
+    curve, path = QuasiGeodesic(S[0], S[1]), tmp_path / "curve.npz"
+    curve.save(path)
+    for mode in (0o600, 0o640, 0o400):
+        path.chmod(mode)
+        curve.save(path)
+        assert stat.S_IMODE(path.stat().st_mode) == mode
+        (tmp_path / "new.npz").unlink(missing_ok=True)
+        curve.save(tmp_path / "new.npz")
+        # New files have the permissions of any file.
+        (tmp_path / "plain").touch()
+        assert (tmp_path / "new.npz").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+def test_names_may_be_as_long_as_the_file_system_allows(tmp_path):
+    _, S, _ = walk(3, 2, 2)
+    curve = QuasiGeodesic(S[0], S[1])
+    for length in (217, 218, 255):
+        path = tmp_path / f"{'x' * (length - 4)}.npz"
+        # Longer than the file system allows, whoever writes.
+        try:
+            path.touch()
+        except OSError:
+            continue
+        curve.save(path)
+        assert np.array_equal(stiefel_rs.load(path)(0.3), curve(0.3))
+
+
 @pytest.mark.skipif(os.name == "nt", reason="links need rights there")
 def test_links_and_devices_stay_what_they_are(tmp_path):
     _, S, _ = walk(3, 2, 2)

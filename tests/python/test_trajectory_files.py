@@ -133,6 +133,18 @@ def test_times_that_are_equal_as_float64(tmp_path):
         read_tum(path)
 
 
+def test_exact_stamps_may_be_closer_than_float64_resolves(tmp_path):
+    text = "t [ns],qx,qy,qz,qw\n1700000000000000000,0,0,0,1\n\n1700000000000000100,0,0,0.6,0.8\n"
+    path = text_file(tmp_path, text, "in.csv")
+    found = trajectory_files.read(path)
+    assert [str(stamp) for stamp in found.stamps] == ["1700000000.000000000", "1700000000.000000100"]
+    with pytest.raises(InvalidInputError, match=r"in\.csv, line 4: .* is the same as .* in line 2 for a float"):
+        read_trajectory(path)
+    path = text_file(tmp_path, text + "1700000000000000100,0,0,0.6,0.8\n", "in.csv")
+    with pytest.raises(InvalidInputError, match=r"in\.csv, line 5: .* does not come after .* in line 4$"):
+        trajectory_files.read(path)
+
+
 def test_nanoseconds_whose_unit_is_not_said(tmp_path):
     path = text_file(tmp_path, "timestamp,qx,qy,qz,qw\n1403636579758555392,0,0,0,1\n", "in.csv")
     with pytest.raises(
@@ -371,7 +383,7 @@ def test_a_process_that_ends_in_the_middle_leaves_the_old_file(tmp_path):
     assert path.read_text() == "old"
     # What was written so far has another name.
     (other,) = (file for file in tmp_path.iterdir() if file != path)
-    assert re.fullmatch(r"in\.tum\.\w+\.part", other.name)
+    assert re.fullmatch(r"\.stiefel_rs-[0-9a-f]{8}\.part", other.name)
     assert other.stat().st_size == 1000
 
 
