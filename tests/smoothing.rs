@@ -240,6 +240,31 @@ fn little_weight_interpolates_and_much_weight_straightens() {
 }
 
 #[test]
+fn no_spline_through_distant_data_is_better() {
+    // From the data alone, 8 of these 18 splines are not found, or a dearer one.
+    for shape in [(3, 1), (3, 2)] {
+        let mut rng = Rng::new(76);
+        for _ in 0..3 {
+            let points: Vec<Mat<f64>> = (0..5)
+                .map(|_| random_point(shape.0, shape.1, &mut rng))
+                .collect();
+            let t: Vec<f64> = (0..5).map(f64::from).collect();
+            let (natural, options) = (EndConditions::Natural, SplineOptions::default());
+            let (through, _) = cubic_spline(&t, &views(&points), &natural, &options).unwrap();
+            for lambda in [1e-8, 1e-5, 1e-3] {
+                let found = smooth(&t, &points, None, lambda);
+                let objective = found.misfit + lambda * found.curve.cost().unwrap();
+                let bound = lambda * through.cost().unwrap();
+                assert!(
+                    objective <= bound * (1.0 + 1e-9) + 1e-20,
+                    "{shape:?} {lambda}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn repeated_data_count_by_their_weights() {
     let (t, data) = noisy((4, 2), 6, 0.2, 7);
     let weights = [1.0, 1.0, 3.0, 1.0, 1.0, 1.0];

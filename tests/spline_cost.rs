@@ -7,6 +7,8 @@ mod data;
 use common::{Rng, counted, random_point};
 use data::{counted_spline, views};
 use faer::Mat;
+use nalgebra::{Quaternion, UnitQuaternion};
+use stiefel_rs::rotation::{RotationEnds, RotationSpline};
 use stiefel_rs::spline::{
     EndCondition, EndConditions, SmoothingOptions, SplineOptions, cubic_spline, smoothing_spline,
 };
@@ -135,4 +137,22 @@ fn refusal<T>(found: Result<T, Error>, name: &str) -> SolverReport {
     };
     assert_eq!(report.reason, StopReason::WorkLimit, "{name}: {report}");
     *report
+}
+
+#[test]
+fn near_rotations_at_uneven_times_get_a_cheap_spline() {
+    // From the spline of flat space alone one is found that costs 724.6.
+    let t = [0.0, 1.0, 1.1, 2.1, 3.0];
+    let q = [
+        [0.0, 0.0, 0.0, 1.0],
+        [0.3, 0.1, -0.2, 1.0],
+        [0.5, -0.4, 0.1, 1.0],
+        [0.1, -0.1, 0.3, 0.8],
+        [0.1, 0.2, 0.3, 0.9],
+    ];
+    let q = q.map(|[x, y, z, w]| UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)));
+    let options = SplineOptions::default();
+    let spline = RotationSpline::new(&t, &q, &RotationEnds::Natural, &options).unwrap();
+    let cost = spline.cost().unwrap();
+    assert!((cost - 190.48).abs() < 0.01, "{cost}");
 }

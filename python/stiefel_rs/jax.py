@@ -6,7 +6,9 @@ back. Solves are differentiated by the implicit function theorem: nothing is unr
 transposed solve for any number of times. Points are first projected to the manifold, and vectors to its tangent space,
 so that derivatives in any direction are defined; a defect above 1e-3 raises. Second derivatives are not available.
 
-Functions raise the exceptions of the package. Under `jit` JAX raises `JaxRuntimeError`, with the same message.
+Functions raise the exceptions of the package. Under `jit`, JAX raises an error of its own for wrong values, whose
+message ends with that of the package: a `JaxRuntimeError`, but after a successful call the same compiled function may
+raise a plain `ValueError` instead. Catch both.
 """
 
 from __future__ import annotations
@@ -163,7 +165,10 @@ class _OnJax(Functions[jax.Array]):
 
     def arrays(self, arguments: Sequence[Any]) -> list[Any]:
         arrays = [jnp.asarray(argument) for argument in arguments]
-        kind = jnp.finfo(jnp.result_type(*arrays, jnp.float32)).dtype
+        # Integers and booleans take the dtype of the others; without others, the default dtype of JAX.
+        inexact = [x for x in arrays if jnp.issubdtype(x.dtype, jnp.inexact)]
+        common = jnp.finfo(jnp.result_type(*inexact or [float])).dtype
+        kind = jnp.promote_types(common, jnp.float32)
         complex_kind = jnp.result_type(kind, jnp.complex64)
         return [x.astype(complex_kind if self.is_complex(x) else kind) for x in arrays]
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pymanopt.manifolds.manifold import Manifold
 
 from ._core import Grassmann, Stiefel
+from .errors import InvalidInputError
 
 __all__ = ["GrassmannManifold", "StiefelManifold"]
 
@@ -89,14 +90,16 @@ class StiefelManifold(Manifold):
     ) -> None:
         self.stiefel = Stiefel(n, k, metric=metric, field=field)
         if determinant not in (1, -1, None):
-            raise ValueError(f"determinant: must be 1, -1 or None, found {determinant!r}")
+            raise InvalidInputError(f"determinant: must be 1, -1 or None, found {determinant!r}")
         if determinant is not None and n != k:
-            raise ValueError(f"determinant: points of St({n}, {k}) do not have a determinant")
+            raise InvalidInputError(f"determinant: points of St({n}, {k}) have none, found {determinant}")
         if determinant is not None and field == "complex":
-            raise ValueError("determinant: must be None for unitary matrices, which form a single component")
+            raise InvalidInputError(
+                f"determinant: must be None for unitary matrices, which form a single component, found {determinant}"
+            )
         self._determinant = determinant
         if retraction not in get_args(Retraction):
-            raise ValueError(f"retraction: must be one of {get_args(Retraction)}, found {retraction!r}")
+            raise InvalidInputError(f"retraction: must be one of {get_args(Retraction)}, found {retraction!r}")
         self._retraction: Retraction = retraction
         self._rng = np.random.default_rng(rng)
         name = f"St({n},{k})" if field == "real" else f"St({n},{k},C)"

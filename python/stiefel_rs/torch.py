@@ -186,21 +186,31 @@ def _known(thing: Any) -> Tensor | None:
     return thing
 
 
+def _real_kind(kinds: Sequence[torch.dtype]) -> torch.dtype:
+    """Return the real dtype of results for tensors of the given dtypes; at least single precision.
+
+    Python numbers take the dtype of the tensors, and integers and booleans that of the others. Without others, integer
+    tensors take the default dtype of PyTorch; Python numbers alone have double precision.
+    """
+    if not kinds:
+        return torch.float64
+    inexact = [kind for kind in kinds if kind.is_floating_point or kind.is_complex]
+    common = torch.float32
+    for kind in inexact or [torch.get_default_dtype()]:
+        common = torch.promote_types(common, kind)
+    return common.to_real()
+
+
 class _OnTorch(Functions[Tensor]):
     """The functions for PyTorch tensors."""
 
     def arrays(self, arguments: Sequence[Any]) -> list[Any]:
         known = [_known(argument) for argument in arguments]
-        kinds = [x.dtype for x in known if x is not None]
-        # Python numbers take the dtype of the tensors.
-        kind = torch.float32 if kinds else torch.float64
-        for other in kinds:
-            kind = torch.promote_types(kind, other)
+        kind = _real_kind([x.dtype for x in known if x is not None])
         pairs = zip(arguments, known, strict=True)
         tensors = [
             torch.as_tensor(np.asarray(thing, dtype=float), device="cpu") if x is None else x for thing, x in pairs
         ]
-        kind = kind.to_real()
         return [x.to(kind.to_complex() if x.is_complex() else kind) for x in tensors]
 
     def flat(self, t: Any) -> tuple[Any, tuple[int, ...]]:

@@ -253,7 +253,7 @@ pub trait Curve: Send + Sync {
     /// inverse.
     ///
     /// # Accuracy
-    /// Accurate to 1e-12 relative, or to the round-off of the velocity if that is larger.
+    /// Accurate to 1e-12 relative, or to the round-off of the velocity or of the parameter if that is larger.
     /// # Errors
     /// `NonFinite`, `InvalidArgument`, `NoConvergence`, `Overflow`, and an error if the curve does not exist somewhere.
     fn arc_length(&self, t0: f64, t1: f64) -> Result<f64>

@@ -111,9 +111,8 @@ impl SubspacePolynomial {
     /// * `y0`, `y1` - arbitrary orthonormal bases of the subspaces; `v0`, `v1` - horizontal vectors at them, `Y^T V =
     ///   0`
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`; `RightAngle` if a principal angle between consecutive
-    /// control points is at least `pi/2`; for a velocity that is too long it carries the largest singular value of `V /
-    /// 3`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`; `InvalidArgument` if a third of a velocity turns a direction
+    /// by a right angle or more; `RightAngle` if a principal angle between the inner control points is `pi/2`.
     pub fn from_boundary(
         y0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,
@@ -141,8 +140,8 @@ impl SubspacePolynomial {
         }
         let span = Span::of(&[y0, v0, y1, v1]);
         let [low0, low1] = [y0, y1].map(|y| span.down(y));
-        let (first, inner0) = outer_leg(&low0, &span.down(v0))?;
-        let (last, inner1) = outer_leg(&low1, &-span.down(v1))?;
+        let (first, inner0) = outer_leg("V0", &low0, &span.down(v0))?;
+        let (last, inner1) = outer_leg("V1", &low1, &-span.down(v1))?;
         let mut problem = EndpointProblem::new(low0.nrows(), low0.ncols());
         let (middle, _) = join_spans(inner0.as_ref(), inner1.as_ref(), &mut problem)?;
         let points = vec![low0, inner0, inner1, low1];
@@ -236,12 +235,16 @@ impl SubspacePolynomial {
 /// The geodesic from `y` with velocity `v / 3`, and its end.
 ///
 /// # Errors
-/// `RightAngle` unless it is the shortest geodesic to its end.
-fn outer_leg(y: &Mat<f64>, v: &Mat<f64>) -> Result<(QuasiGeodesic, Mat<f64>)> {
+/// `InvalidArgument` unless it is the shortest geodesic to its end.
+fn outer_leg(name: &'static str, y: &Mat<f64>, v: &Mat<f64>) -> Result<(QuasiGeodesic, Mat<f64>)> {
     let leg = leave_span(y.as_ref(), (v * Scale(1.0 / 3.0)).as_ref())?;
     let angle = leg.angles().iter().fold(0.0, |a: f64, b| a.max(*b));
     if angle >= FRAC_PI_2 {
-        return Err(Error::RightAngle { angle });
+        return Err(Error::InvalidArgument {
+            name,
+            requirement: "short enough that a third of it turns every direction by less than a right angle",
+            found: 3.0 * angle,
+        });
     }
     let end = leg.point(1.0)?;
     Ok((leg, end))

@@ -61,7 +61,7 @@ pub(crate) fn graded_singular_values(a: MatRef<'_, f64>) -> Result<Vec<f64>> {
     if svd.s(k - 1) >= WELL_CONDITIONED * svd.s(0) {
         return Ok((0..k).map(|i| svd.s(i)).collect());
     }
-    let mut columns = triangular_columns(a);
+    let (mut columns, scale) = triangular_columns(a);
     for _ in 0..MAX_SWEEPS {
         let mut settled = true;
         for j in 1..k {
@@ -71,7 +71,7 @@ pub(crate) fn graded_singular_values(a: MatRef<'_, f64>) -> Result<Vec<f64>> {
             }
         }
         if settled {
-            let mut values: Vec<f64> = columns.iter().map(|column| column.length).collect();
+            let mut values: Vec<f64> = columns.iter().map(|column| column.length / scale).collect();
             values.sort_by(|x, y| y.total_cmp(x));
             return Ok(values);
         }
@@ -81,9 +81,12 @@ pub(crate) fn graded_singular_values(a: MatRef<'_, f64>) -> Result<Vec<f64>> {
     })
 }
 
-/// The columns of the factor `R` of `A = Q R`, which have fewer rows and the same singular values. Columns are scaled
-/// first by powers of two, which is exact.
-fn triangular_columns(a: MatRef<'_, f64>) -> Vec<Column> {
+/// Binary logarithm of the size of the longest column during the iteration, so that short ones are not subnormal, whose digits are fewer.
+const LONG: f64 = 900.0;
+
+/// The columns of the factor `R` of `A = Q R` times a power of two, and this factor: they have fewer rows and the same
+/// singular values. Columns are scaled first by powers of two, which is exact.
+fn triangular_columns(a: MatRef<'_, f64>) -> (Vec<Column>, f64) {
     let scales: Vec<f64> = a
         .col_iter()
         .map(|column| match column.norm_max() {
@@ -94,8 +97,14 @@ fn triangular_columns(a: MatRef<'_, f64>) -> Vec<Column> {
         .collect();
     let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scales[j]);
     let (_, r) = thin_qr(scaled.as_ref());
-    let column = |j: usize| (0..r.nrows()).map(|i| r[(i, j)] * scales[j]).collect();
-    (0..a.ncols()).map(|j| Column::new(column(j))).collect()
+    let longest = scales.iter().fold(0.0_f64, |most, scale| most.max(*scale));
+    let scale = (LONG - longest.log2()).min(1000.0).exp2();
+    let column = |j: usize| {
+        let factor = scales[j] * scale;
+        (0..r.nrows()).map(|i| r[(i, j)] * factor).collect()
+    };
+    let columns = (0..a.ncols()).map(|j| Column::new(column(j))).collect();
+    (columns, scale)
 }
 
 /// Orthogonalises two columns; returns whether a rotation was necessary.
@@ -159,6 +168,23 @@ mod tests {
                 let exact = r[(j, j)] * sorted[j];
                 assert!((values[j] / exact - 1.0).abs() < 1e-14, "{values:?}");
             }
+        }
+    }
+
+    #[test]
+    fn columns_near_the_smallest_numbers_are_orthogonalised() {
+        for length in [1e-290, 1e-300, 1e-305, 1e-310] {
+            // Parallel columns, 0.6 and 0.8 times one: the other singular value is round-off or zero.
+            let a = Mat::from_fn(4, 2, |i, j| length * entry(i, 0) * (0.6 + 0.2 * j as f64));
+            let values = graded_singular_values(a.as_ref()).unwrap();
+            let column: f64 = (0..4).map(|i| entry(i, 0).powi(2)).sum();
+            let expected = length * column.sqrt();
+            // Numbers below 2e-308 have fewer digits.
+            assert!(
+                (values[0] - expected).abs() <= 1e-14 * expected + 1e-322,
+                "{values:?}"
+            );
+            assert!(values[1] <= 1e-15 * expected + 1e-322, "{values:?}");
         }
     }
 

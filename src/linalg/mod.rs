@@ -34,6 +34,7 @@ mod skew_hermitian_exp;
 pub mod skew_schur;
 mod square;
 pub mod structure;
+mod unitary_differential;
 pub mod unitary_log;
 
 pub(crate) use differential::dexp;
@@ -42,4 +43,5 @@ pub use orthogonal_log::{OrthogonalLog, orthogonal_log};
 pub use scalar::Scalar;
 pub use skew_exp::{SkewExp, skew_exp};
 pub use skew_schur::SkewSchur;
+pub use unitary_differential::UnitaryLogDifferential;
 pub use unitary_log::{UnitaryLog, unitary_log};

@@ -1,11 +1,13 @@
 //! Derivatives of `skew_exp` and `orthogonal_log`, and of the exponential and logarithm of frames, for arrays, and their
-//! transposes. Derivatives of complex functions are computed in the embedding, which commutes with differentiation.
+//! transposes. Derivatives of complex functions are computed in the embedding, which commutes with differentiation, but for
+//! the logarithm of unitary matrices.
 
 use super::batch::map_batch;
 use super::convert::write;
 use super::linalg::check_square;
 use super::prelude::*;
-use crate::linalg::{OrthogonalLogDifferential, SkewExpDifferential};
+use crate::linalg::complex_embedding::{embed, nearest};
+use crate::linalg::{OrthogonalLogDifferential, SkewExpDifferential, UnitaryLogDifferential};
 use crate::manifold::{ExponentialDifferential, LogarithmDifferential};
 
 /// Work per number of a matrix, relative to the value.
@@ -14,7 +16,7 @@ const WORK: f64 = 8.0;
 /// A derivative at a matrix (first name), applied to a matrix (second name).
 fn apply<'py>(
     [(at, name), (direction, other)]: [(&Any<'py>, &'static str); 2],
-    one: impl Fn(MatRef<'_, f64>, MatRef<'_, f64>) -> Result<Mat<f64>> + Shared,
+    one: impl Fn(Field, MatRef<'_, f64>, MatRef<'_, f64>) -> Result<Mat<f64>> + Shared,
 ) -> PyResult<Numbers> {
     let arguments = [(at, name), (direction, other)];
     let field = Field::of_named(&arguments)?;
@@ -28,7 +30,7 @@ fn apply<'py>(
         batches,
         &[m, m],
         move |[at, direction], i, out, _| {
-            write(one(at.get(i), direction.get(i))?.as_ref(), out);
+            write(one(field, at.get(i), direction.get(i))?.as_ref(), out);
             Ok(())
         },
     )?;
@@ -55,7 +57,9 @@ fn apply<'py>(
 ///     As for :func:`skew_exp`, or mismatched shapes.
 #[pyfunction]
 pub fn skew_exp_variation(A: &Any, dA: &Any) -> PyResult<Numbers> {
-    apply(named![A, dA], |a, e| SkewExpDifferential::new(a)?.apply(e))
+    apply(named![A, dA], |_, a, e| {
+        SkewExpDifferential::new(a)?.apply(e)
+    })
 }
 
 /// Return the gradient of ``sum(W * skew_exp(A))``: the transpose of :func:`skew_exp_variation`.
@@ -79,7 +83,7 @@ pub fn skew_exp_variation(A: &Any, dA: &Any) -> PyResult<Numbers> {
 ///     As for :func:`skew_exp`, or mismatched shapes.
 #[pyfunction]
 pub fn skew_exp_pullback(A: &Any, W: &Any) -> PyResult<Numbers> {
-    apply(named![A, W], |a, w| {
+    apply(named![A, W], |_, a, w| {
         SkewExpDifferential::new(a)?.pull_back(w)
     })
 }
@@ -104,8 +108,12 @@ pub fn skew_exp_pullback(A: &Any, W: &Any) -> PyResult<Numbers> {
 ///     As for :func:`orthogonal_log`, or mismatched shapes.
 #[pyfunction]
 pub fn orthogonal_log_variation(Q: &Any, dQ: &Any) -> PyResult<Numbers> {
-    apply(named![Q, dQ], |q, f| {
-        OrthogonalLogDifferential::new(q)?.apply(f)
+    apply(named![Q, dQ], |field, q, f| match field {
+        Field::Real => OrthogonalLogDifferential::new(q)?.apply(f),
+        Field::Complex => {
+            let found = UnitaryLogDifferential::new(nearest(q).as_ref())?;
+            Ok(embed(found.apply(nearest(f).as_ref())?.as_ref()))
+        }
     })
 }
 
@@ -130,8 +138,12 @@ pub fn orthogonal_log_variation(Q: &Any, dQ: &Any) -> PyResult<Numbers> {
 ///     As for :func:`orthogonal_log`, or mismatched shapes.
 #[pyfunction]
 pub fn orthogonal_log_pullback(Q: &Any, W: &Any) -> PyResult<Numbers> {
-    apply(named![Q, W], |q, w| {
-        OrthogonalLogDifferential::new(q)?.pull_back(w)
+    apply(named![Q, W], |field, q, w| match field {
+        Field::Real => OrthogonalLogDifferential::new(q)?.pull_back(w),
+        Field::Complex => {
+            let found = UnitaryLogDifferential::new(nearest(q).as_ref())?;
+            Ok(embed(found.pull_back(nearest(w).as_ref())?.as_ref()))
+        }
     })
 }
 

@@ -201,6 +201,9 @@ const POINT_ADVICE: &str = "curves take it with project=True; `project` of the m
 /// The same where it does not.
 const PROJECTION: &str = "`project` of the manifold gives";
 
+/// The same for the argument of a logarithm of rotations.
+const SQUARE_ADVICE: &str = "`Stiefel(m, m).project` gives";
+
 /// Advice for a time outside the knots.
 const EXTRAPOLATION: &str = "extrapolate=True continues the curve";
 
@@ -225,8 +228,9 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     // The exception class depends on the innermost cause, wherever it occurred.
     let cause = error.cause();
     match cause {
-        Error::NotOrthonormal { defect, .. } => {
+        Error::NotOrthonormal { name, defect, .. } => {
             let advice = match *defect <= PROJECTED {
+                _ if *name == "Q" => SQUARE_ADVICE,
                 true => POINT_ADVICE,
                 false => PROJECTION,
             };

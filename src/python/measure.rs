@@ -45,7 +45,8 @@ record! { PyDerivativeBounds, velocity, acceleration, jerk, guarantee }
 impl PyCurve {
     /// Return the length of the curve between two parameters, canonical metric.
     ///
-    /// The relative error is 1e-12, or the round-off of the velocity if that is larger.
+    /// The relative error is 1e-12, or the round-off of the velocity or of the times if that is larger: 1e-6 for
+    /// pieces of 0.01 s at Unix times.
     ///
     /// Parameters
     /// ----------

@@ -194,7 +194,8 @@ impl PyRiemannianCubic {
     /// nearly form a continuous family (observed on St(3,1), St(4,1) and for most data on St(6,3), not on St(3,2); on
     /// St(4,2) and St(5,2) where one column is reversed).
     ///
-    /// The search stops at a work limit of about two seconds. Ctrl-C stops it at once.
+    /// The search stops at a work limit of about two seconds, for large complex frames of up to ten (shape (200, 6)).
+    /// Ctrl-C stops it at once.
     #[staticmethod]
     #[pyo3(signature = (
         S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, tension=0.0, all_found=false, manifold=None,

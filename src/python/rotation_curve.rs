@@ -9,7 +9,7 @@ use super::rotation_data::{ends, keyframes, times_of_members};
 use super::spline::PyCubicSpline;
 use crate::linalg::simd::ON_ONE_THREAD;
 use crate::rotation::{RotationSpline, frame};
-use crate::spline::{Outside, SplineOptions};
+use crate::spline::{Outside, SplineOptions, check_times};
 use crate::threads::{self, ALWAYS};
 
 /// Curve of rotations as unit quaternions: the form that :class:`RotationSpline` evaluates.
@@ -209,6 +209,10 @@ impl PyRotationCurve {
         let rotations = keyframes(&shape, &entries)?;
         let [members, knots, _] = shape;
         let (t, is_shared) = times_of_members(t, [members, knots])?;
+        if is_shared {
+            // Errors about them are about no member.
+            check_times(&t, knots)?;
+        }
         let mut conditions = Vec::with_capacity(members);
         let mut given = Vec::with_capacity(members);
         for member in 0..members {

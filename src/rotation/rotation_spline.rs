@@ -1,5 +1,6 @@
 //! Splines through rotations, as unit quaternions.
 
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
@@ -17,6 +18,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::legs::Curves;
 use crate::linalg::simd::vectorised;
+use crate::manifold::stiefel::POINT_TOLERANCE;
 use crate::report::SolverReport;
 use crate::spline::{
     EndConditions, Outside, Piecewise, SmoothingOptions, SplineOptions, cubic_hermite,
@@ -109,6 +111,7 @@ impl RotationSpline {
         ends: &EndConditions,
         options: &SplineOptions<'_>,
     ) -> Result<Self> {
+        check_closed(rotations, ends)?;
         let frames: Vec<_> = rotations.iter().map(frame).collect();
         let points: Vec<MatRef<'_, f64>> = frames.iter().map(|frame| frame.as_ref()).collect();
         let (curve, report, legs) = cubic_spline_of_legs(t, &points, ends, options)?;
@@ -450,6 +453,27 @@ impl RotationSpline {
             Pieces::new(self.curve.pieces(), series.as_deref(), &self.rotations)
         })
     }
+}
+
+/// Check that the last rotation of a periodic spline is the first one.
+///
+/// # Errors
+/// `InvalidArgument`, with the angle, in `AtKnot`.
+fn check_closed(rotations: &[UnitQuaternion<f64>], ends: &EndConditions) -> Result<()> {
+    let (EndConditions::Periodic, [first, .., last]) = (ends, rotations) else {
+        return Ok(());
+    };
+    let found = first.angle_to(last);
+    // Two matrices are `sqrt(2)` times their small angle apart.
+    if found <= FRAC_1_SQRT_2 * POINT_TOLERANCE {
+        return Ok(());
+    }
+    let error = Error::InvalidArgument {
+        name: "rotations",
+        requirement: "at angle 0 from the first rotation (periodic ends)",
+        found,
+    };
+    Err(error.at_knot(rotations.len() - 1))
 }
 
 /// The leg or extension in which a time lies.

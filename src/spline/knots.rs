@@ -12,12 +12,17 @@ use crate::manifold::stiefel::POINT_TOLERANCE;
 /// `Shape` (fewer than two knots, numbers that do not match, points of different shapes), `NonFinite`,
 /// `InvalidArgument` (times not increasing), `NotOrthonormal`; wrapped in `AtKnot` if they concern one knot.
 pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
-    check_in_order(
-        t,
-        points,
-        |step| step > 0.0,
-        "greater than the time before it",
-    )
+    check_times(t, points.len())?;
+    check_points(points)
+}
+
+/// Check the times of a number of points.
+///
+/// # Errors
+/// As [`check`].
+pub(crate) fn check_times(t: &[f64], points: usize) -> Result<()> {
+    let requirement = "greater than the time before it";
+    check_in_order(t, points, |step| step > 0.0, requirement)
 }
 
 /// As [`check`], for times that may repeat but are not all equal.
@@ -25,7 +30,9 @@ pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
 /// # Errors
 /// As [`check`].
 pub(super) fn check_data(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
-    let manifold = check_in_order(t, points, |step| step >= 0.0, "at least the time before it")?;
+    let requirement = "at least the time before it";
+    check_in_order(t, points.len(), |step| step >= 0.0, requirement)?;
+    let manifold = check_points(points)?;
     if t[0] == t[t.len() - 1] {
         return Err(wrong_time(t, t.len() - 1, "different from the first time"));
     }
@@ -34,14 +41,14 @@ pub(super) fn check_data(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefe
 
 fn check_in_order(
     t: &[f64],
-    points: &[MatRef<'_, f64>],
+    points: usize,
     allowed: impl Fn(f64) -> bool,
     requirement: &'static str,
-) -> Result<Stiefel> {
-    if t.len() != points.len() {
+) -> Result<()> {
+    if t.len() != points {
         return Err(Error::Shape {
             name: "t",
-            expected: format!("one time for each of the {} points", points.len()),
+            expected: format!("one time for each of the {points} points"),
             found: format!("{} times", t.len()),
         });
     }
@@ -55,17 +62,21 @@ fn check_in_order(
     if let Some(index) = t.iter().position(|t| !t.is_finite()) {
         return Err(Error::NonFinite { name: "t", index }.at_knot(index));
     }
-    let manifold = Stiefel::of("S", points[0])?;
-    for (knot, point) in points.iter().enumerate() {
-        manifold
-            .check_point("S", *point, POINT_TOLERANCE)
-            .map_err(|error| error.at_knot(knot))?;
-    }
     for (knot, pair) in t.windows(2).enumerate() {
         let step = pair[1] - pair[0];
         if !(allowed(step) && step.is_finite()) {
             return Err(wrong_time(t, knot + 1, requirement));
         }
+    }
+    Ok(())
+}
+
+fn check_points(points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
+    let manifold = Stiefel::of("S", points[0])?;
+    for (knot, point) in points.iter().enumerate() {
+        manifold
+            .check_point("S", *point, POINT_TOLERANCE)
+            .map_err(|error| error.at_knot(knot))?;
     }
     Ok(manifold)
 }

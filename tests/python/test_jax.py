@@ -254,11 +254,6 @@ def test_single_precision_in_and_out(rng):
     assert gradient.dtype == np.float32
 
 
-def test_whole_numbers_are_numbers():
-    found = sj.skew_exp(np.array([[0, -1], [1, 0]]))
-    np.testing.assert_allclose(found, stiefel_rs.skew_exp([[0.0, -1.0], [1.0, 0.0]]), rtol=0, atol=1e-7)
-
-
 def test_arguments_off_their_constraints():
     S = np.eye(4)[:, :2]
     with pytest.raises(InvalidInputError, match=r"S: columns are not orthonormal, .* 0\.1,"):

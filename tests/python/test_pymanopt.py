@@ -18,7 +18,7 @@ from pymanopt.optimizers import (  # noqa: E402
 from pymanopt.tools import diagnostics  # noqa: E402
 from pymanopt_checks import assert_derivatives, assert_slopes  # noqa: E402
 
-from stiefel_rs import OutsideDomainError  # noqa: E402
+from stiefel_rs import InvalidInputError, OutsideDomainError  # noqa: E402
 from stiefel_rs import pymanopt as adapter_module  # noqa: E402
 from stiefel_rs.pymanopt import GrassmannManifold, StiefelManifold  # noqa: E402
 
@@ -184,7 +184,7 @@ def test_seeded_randomness():
 
 
 def test_unknown_retraction_is_refused():
-    with pytest.raises(ValueError, match="retraction: must be one of"):
+    with pytest.raises(InvalidInputError, match=r"retraction: must be one of .*, found 'exp'"):
         StiefelManifold(3, 1, retraction="exp")
 
 
@@ -287,10 +287,12 @@ def test_solvers_that_join_random_points_need_one_component(solver):
 
 
 def test_a_determinant_is_checked():
-    with pytest.raises(ValueError, match="determinant: must be 1, -1 or None, found 2"):
+    with pytest.raises(InvalidInputError, match="determinant: must be 1, -1 or None, found 2"):
         StiefelManifold(3, 3, determinant=2)
-    with pytest.raises(ValueError, match=r"determinant: points of St\(3, 2\) do not have a determinant"):
+    with pytest.raises(InvalidInputError, match=r"determinant: points of St\(3, 2\) have none, found 1"):
         StiefelManifold(3, 2, determinant=1)
+    with pytest.raises(InvalidInputError, match=r"determinant: must be None for unitary matrices, .* found -1"):
+        StiefelManifold(3, 3, determinant=-1, field="complex")
 
 
 @pytest.fixture(params=[(3, 1), (4, 2), (5, 3), (12, 4)], ids=lambda shape: f"Gr{shape[0]}_{shape[1]}")

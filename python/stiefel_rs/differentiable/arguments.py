@@ -20,7 +20,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..array_input import times_within
+from ..array_input import at_knot, check_knots_finite, times_within
 from ..errors import InvalidInputError
 
 Array = NDArray[Any]
@@ -91,6 +91,26 @@ class Plain(Argument):
 
 
 @dataclass(frozen=True)
+class Knots(Plain):
+    """Increasing times, at least two."""
+
+    def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
+        """Check the number of times."""
+        if shape[-1] < 2:
+            raise _unexpected(self.name, "(..., N) with N >= 2", shape)
+
+    def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
+        """Check that the times are finite and increase."""
+        check_knots_finite(raw, self.name, 0)
+        increases = raw[1:] > raw[:-1]
+        if not increases.all():
+            knot = int(np.argmin(increases)) + 1
+            before, found = raw[knot - 1 : knot + 1]
+            raise at_knot(f"{self.name}: must be greater than the time before it, {before}, found {found}", knot)
+        return raw
+
+
+@dataclass(frozen=True)
 class Inside(Plain):
     """Times between the first and the last of the knots that are argument number `knots`: nothing is extrapolated."""
 
@@ -99,8 +119,7 @@ class Inside(Plain):
     def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
         """Check the times; those that miss an end by rounding are moved there."""
         times, knots = super().value(raw, exact), exact[self.knots]
-        # Fewer knots are refused by the spline.
-        return times_within(times, float(knots[0]), float(knots[-1]), advice="") if len(knots) > 1 else times
+        return times_within(times, float(knots[0]), float(knots[-1]), advice="")
 
 
 @dataclass(frozen=True)
@@ -331,11 +350,13 @@ def _check_square(name: str, shape: Shape) -> None:
 
 
 def _check(name: str, defect: Array, whole: Array, meaning: str) -> None:
+    """Check the defect of each matrix, relative to its own largest entry."""
     if not np.isfinite(whole).all():
         raise InvalidInputError(f"{name}: not finite")
-    largest = float(np.abs(defect).max(initial=0.0))
-    if largest <= LARGEST_DEFECT:
+    largest = np.abs(defect).max(axis=(-2, -1), initial=0.0)
+    if largest.max(initial=0.0) <= LARGEST_DEFECT:
         return
-    size = max(1.0, float(np.abs(whole).max(initial=0.0)))
-    if largest > LARGEST_DEFECT * size:
-        raise InvalidInputError(f"{name}: {meaning} = {largest:.3g}, more than {LARGEST_DEFECT * size:.3g}")
+    allowed = LARGEST_DEFECT * np.abs(whole).max(axis=(-2, -1), initial=1.0)
+    if (largest > allowed).any():
+        worst = np.argmax(largest / allowed)
+        raise InvalidInputError(f"{name}: {meaning} = {largest.flat[worst]:.3g}, more than {allowed.flat[worst]:.3g}")

@@ -14,7 +14,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
@@ -83,6 +83,7 @@ class Functions(ABC, Generic[T]):
             shape = tuple(array.shape)[array.ndim - axes :]
             argument.check_shape(shape, shapes)
             shapes.append(shape)
+        _check_batches([argument.name for argument in operation.arguments], arrays, operation.axes)
         if not any(map(self.is_complex, arrays)):
             return self.evaluate(operation, self.broadcast(arrays, operation.axes))
         operation = on_pairs(operation)
@@ -168,6 +169,7 @@ class Functions(ABC, Generic[T]):
 
     def _pair(self, s0: Any, s1: Any) -> tuple[Any, Any]:
         """Project two frames, S0 and S1, of the same shape."""
+        _check_batches(["S0", "S1"], [s0, s1], (2, 2))
         frames = self._frame(s0, "S0"), self._frame(s1, "S1")
         shapes = [tuple(s.shape[-2:]) for s in frames]
         Frame("S1", like=0).check_shape(shapes[1], shapes[:1])
@@ -199,6 +201,7 @@ class Functions(ABC, Generic[T]):
         """
         flat, shape = self.flat(t)
         s0, v0, s1, v1, times = self.arrays([S0, V0, S1, V1, flat])
+        _check_batches(["S0", "V0", "S1", "V1"], [s0, v0, s1, v1], (2, 2, 2, 2))
         with self.exact_products():
             first, last = self._pair(s0, s1)
             points = [
@@ -302,6 +305,20 @@ class Functions(ABC, Generic[T]):
         """
         found: T = self._at_times(splines.rotation_spline(bc_type), t_knots, quaternions, t, own=1)
         return found
+
+
+def _check_batches(names: Sequence[str], arrays: Sequence[Any], axes: Sequence[int]) -> None:
+    """Check that the axes before the last `axes` ones of each argument broadcast."""
+    shapes = [tuple(x.shape) for x in arrays]
+    leads = [shape[: len(shape) - own] for shape, own in zip(shapes, axes, strict=True)]
+    sizes = zip_longest(*(lead[::-1] for lead in leads), fillvalue=1)
+    if all(len(set(size) - {1}) <= 1 for size in sizes):
+        return
+    batched = [i for i, lead in enumerate(leads) if lead]
+    found = ", ".join(str(shapes[i]) for i in batched)
+    raise InvalidInputError(
+        f"{', '.join(names[i] for i in batched)}: leading axes cannot be broadcast together, found shapes {found}"
+    )
 
 
 def _transposed(matrix: Any) -> Any:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 
+from ..errors import StiefelError
 from .arguments import Argument, Array, Shape
 from .solved import Solved
 
@@ -75,7 +77,8 @@ class Operation:
         data = self._read(raw)
         out = self._empty(data)
         for at in self._members(data):
-            out[at] = self.value(*self._exact([x[at] for x in data]))
+            with self._naming(at, data):
+                out[at] = self.value(*self._exact([x[at] for x in data]))
         return self._plain(out)
 
     def variations(self, raw: Sequence[Any], tangents: Sequence[Any]) -> Array:
@@ -83,25 +86,34 @@ class Operation:
         data, moves = self._read(raw), self._read(tangents)
         out = self._empty(data)
         for at in self._members(data):
-            member = [x[at] for x in data]
-            exact = self._exact(member)
-            moved: tuple[Array, ...] = ()
-            for argument, x, move in zip(self.arguments, member, moves, strict=True):
-                moved = (*moved, argument.variation(x, exact, move[at], moved))
-            out[at] = self.variation(exact, moved)
+            with self._naming(at, data):
+                out[at] = self._variation([x[at] for x in data], [move[at] for move in moves])
         return self._plain(out)
+
+    def _variation(self, member: Sequence[Array], moves: Sequence[Array]) -> Array:
+        exact = self._exact(member)
+        moved: tuple[Array, ...] = ()
+        for argument, x, move in zip(self.arguments, member, moves, strict=True):
+            moved = (*moved, argument.variation(x, exact, move, moved))
+        return self.variation(exact, moved)
 
     def pullbacks(self, raw: Sequence[Any], cotangent: Any, wanted: Sequence[bool] | None = None) -> tuple[Array, ...]:
         """Evaluate the transpose of the derivative; gradients that are not wanted may be zero."""
         data, cotangents = self._read(raw), self._of_plain(cotangent)
         out = [np.empty_like(x) for x in data]
         for at in self._members(data):
-            member = [x[at] for x in data]
-            exact = self._exact(member)
-            pulled = self.gradients(exact, cotangents[at], wanted)
-            for i in reversed(range(len(pulled))):
-                out[i][at] = self.arguments[i].pullback(member[i], exact, pulled[i], pulled)
+            with self._naming(at, data):
+                pulled = self._pullback([x[at] for x in data], cotangents[at], wanted)
+            for whole, gradient in zip(out, pulled, strict=True):
+                whole[at] = gradient
         return tuple(self._plain(x) if x.dtype.kind == "c" else x for x in out)
+
+    def _pullback(self, member: Sequence[Array], cotangent: Array, wanted: Sequence[bool] | None) -> list[Array]:
+        exact = self._exact(member)
+        pulled = self.gradients(exact, cotangent, wanted)
+        for i in reversed(range(len(pulled))):
+            pulled[i] = self.arguments[i].pullback(member[i], exact, pulled[i], pulled)
+        return pulled
 
     def gradients(self, data: Sequence[Array], cotangent: Array, wanted: Sequence[bool] | None = None) -> list[Array]:
         """Apply the pullback of one member; gradients that are not wanted are zero if they need additional work."""
@@ -123,16 +135,40 @@ class Operation:
         )
 
     def _members(self, data: Sequence[Array]) -> list[Shape]:
-        """Return the members of a batch, sorted so that equal ones reuse the same solution."""
-        if self.is_batched:
+        """Return the members of a batch; equal ones follow one another, and reuse the same solution."""
+        batch = self.batch([x.shape for x in data])
+        if self.is_batched or not batch:
             return [()]
-        members = list(np.ndindex(self.batch([x.shape for x in data])))
-        if len(members) > 1:
-            members.sort(key=lambda at: [x[at].tobytes() for x in data])
-        return members
+        # In order of their first members, so that the first member that is refused is the one that raises.
+        equal: dict[tuple[bytes, ...], list[Shape]] = {}
+        for at in np.ndindex(batch):
+            equal.setdefault(tuple(x[at].tobytes() for x in data), []).append(at)
+        return [at for members in equal.values() for at in members]
+
+    @contextmanager
+    def _naming(self, at: Shape, data: Sequence[Array]) -> Iterator[None]:
+        """Name the member of a batch in errors, by its place in C order as the core does."""
+        try:
+            yield
+        except StiefelError as error:
+            if at:
+                place = np.ravel_multi_index(at, self.batch([x.shape for x in data]))
+                error.args = (f"{error.args[0]} (batch member {place})", *error.args[1:])
+            raise
 
     def _exact(self, member: Sequence[Array]) -> tuple[Array, ...]:
-        return self._project(*member) if self.is_batched else self._projected(member)
+        return self._project_all(member) if self.is_batched else self._projected(member)
+
+    def _project_all(self, data: Sequence[Array]) -> tuple[Array, ...]:
+        """Project the arguments of all members at once; if that is refused, one by one to find the member."""
+        try:
+            return self._project(*data)
+        except StiefelError as error:
+            refused = error
+        for at in np.ndindex(self.batch([x.shape for x in data])):
+            with self._naming(at, data):
+                self._project(*(x[at] for x in data))
+        raise refused
 
     @cached_property
     def _projected(self) -> Solved[tuple[Array, ...]]:

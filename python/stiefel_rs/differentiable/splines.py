@@ -12,7 +12,7 @@ from .._core import CubicSpline
 from ..errors import InvalidInputError
 from ..rotation import RotationSpline
 from ..rotation_input import unit
-from .arguments import Array, Frame, Inside, Plain, Shape, inner_products, transposed
+from .arguments import Array, Frame, Inside, Knots, Plain, Shape, inner_products, transposed
 from .operation import Gradient, Operation
 from .solved import Solved, core_shape, numbers_of_piece
 
@@ -71,7 +71,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
 
     return Operation(
         name="cubic_spline",
-        arguments=(Plain("t_knots"), Frame("S"), Inside("t")),
+        arguments=(Knots("t_knots"), Frame("S"), Inside("t")),
         axes=(1, 3, 1),
         shape=spline_shape,
         value=value,
@@ -117,7 +117,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
 
     return Operation(
         name="rotation_spline",
-        arguments=(Plain("t_knots"), Plain("quaternions", columns=4), Inside("t")),
+        arguments=(Knots("t_knots"), Plain("quaternions", columns=4), Inside("t")),
         axes=(1, 2, 1),
         shape=spline_shape,
         value=value,

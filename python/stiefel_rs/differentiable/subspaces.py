@@ -11,7 +11,7 @@ import numpy as np
 
 from .._core import CubicSpline, Curve, RiemannianCubic
 from . import jacobi_fields
-from .arguments import Array, Frame, Horizontal, Inside, Plain, Shape, inner_products, skew_part, transposed
+from .arguments import Array, Frame, Horizontal, Inside, Knots, Plain, Shape, inner_products, skew_part, transposed
 from .cubics import farthest, onwards, points_shape, reversed_by
 from .jacobi_fields import manifold_of, split
 from .operation import Operation
@@ -217,7 +217,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
 
     return Operation(
         name="cubic_spline",
-        arguments=(Plain("t_knots"), Frame("S"), Inside("t")),
+        arguments=(Knots("t_knots"), Frame("S"), Inside("t")),
         axes=(1, 3, 1),
         shape=spline_shape,
         value=value,

@@ -1,10 +1,10 @@
-//! Splines through distant knots: the cheapest of several solutions.
+//! Splines through knots that are distant or at very uneven times: the cheapest of several solutions.
 //!
-//! If legs are long, the equations have many solutions, and the one found from the flat spline depends on the direction in
+//! If legs are long or fast, the equations have many solutions, and the one found from the flat spline depends on the direction in
 //! which the knots are passed. The equations are therefore also solved from the results of descents, and the solution of
 //! least cost is returned. Its cost is low, and the same in both directions.
 
-use super::chain::Chain as _;
+use super::chain::Chain;
 use super::framed::Framed;
 use super::motion::Motion;
 use super::solution::{ChainSolution, ChainStart, Effort, piece};
@@ -17,12 +17,23 @@ use crate::spline::ends::Ends;
 /// below 1.5, the shortest length for which this was observed.
 const FAR: f64 = 1.4;
 
+/// Speed in the time of a leg above which a solution may be far from the cheapest one, though its knots are near: where
+/// lengths of legs differ much. Of 1220 natural and periodic splines through 5 to 100 rotations up to 1.2 apart, with legs
+/// whose lengths differ by up to a factor of 3 to 100, 118 cost up to 6.3 times as much if no others are sought, all but one
+/// of them faster than this. Up to a factor of 3, none is faster than 3.5, also of 10000 legs.
+const FAST: f64 = 5.0;
+
 /// Solutions whose costs differ by a smaller relative amount count as one: the first is kept.
 const SAME_COST: f64 = 1e-3;
 
 /// Whether legs are so long that several solutions should be compared.
 pub(crate) fn is_far(longest: f64) -> bool {
     longest > FAR
+}
+
+/// Whether a solution is so fast that others should be sought.
+pub(crate) fn is_fast(motion: &Motion, lengths: &[f64]) -> bool {
+    motion.speed(0..lengths.len() + 1, lengths) > FAST
 }
 
 /// The cheapest of several solutions, with its cost; unconverged solutions have infinite cost.
@@ -92,7 +103,14 @@ pub(crate) fn solved(
 }
 
 /// `int |D_t S'|^2 + tau |S'|^2 dt` in units of time.
-fn cost(chain: &Framed<'_>, solution: &ChainSolution, interrupt: Interrupt<'_>) -> Result<f64> {
+///
+/// # Errors
+/// An error if a leg cannot be integrated; `Interrupted`.
+pub(crate) fn cost(
+    chain: &impl Chain,
+    solution: &ChainSolution,
+    interrupt: Interrupt<'_>,
+) -> Result<f64> {
     let mut sum = 0.0;
     for (leg, h) in chain.lengths().iter().enumerate() {
         let (_, taylor) = piece(chain, leg, solution, interrupt)?;

@@ -1,4 +1,4 @@
-//! The spline of a chain: from a single start or, if its knots are distant, the cheapest from several.
+//! The spline of a chain: from a single start or, if its knots are distant or its legs fast, the cheapest from several.
 
 use super::ambient::Ambient;
 use super::chain::Chain as _;
@@ -21,8 +21,8 @@ const TRIALS_IN_FRAMES: f64 = 120.0;
 /// accelerations and uneven times is not solved.
 const FURTHER: f64 = 1.7;
 
-/// Solves a chain in few dimensions: from the flat spline and, if its knots are distant or that fails, from the results
-/// of descents. Returns the cheapest solution.
+/// Solves a chain in few dimensions: from the flat spline and, if its knots are distant, its legs fast, or that fails, from
+/// the results of descents. Returns the cheapest solution.
 ///
 /// # Errors
 /// `Interrupted`, and the errors of the chain.
@@ -32,15 +32,30 @@ pub(crate) fn in_frames(
     options: &SplineOptions<'_>,
 ) -> Result<ChainSolution> {
     let work = work_in_frames(chain, options);
-    let effort = Effort::new(options, &work);
+    cheapest(chain, ends, Effort::new(options, &work), FURTHER)
+}
+
+/// The same within given work, whose limit is multiplied by `further` after the first solution.
+///
+/// # Errors
+/// As [`in_frames`].
+pub(crate) fn cheapest(
+    chain: &Framed<'_>,
+    ends: &Ends,
+    effort: Effort<'_>,
+    further: f64,
+) -> Result<ChainSolution> {
+    let work = effort.work;
     // A start too fast to be integrated is left to descents.
     let first = unless_interrupted(chain.solve(ends, ChainStart::Flat, effort))?;
     let first = first.unwrap_or_else(|| unsolved(effort));
-    let is_solved = first.report.converged;
-    if effort.is_spent(first.report.iterations) || is_solved && !low_cost::is_far(chain.longest()) {
+    let is_clear = first.report.converged
+        && !low_cost::is_far(chain.longest())
+        && !low_cost::is_fast(&first.motion, chain.lengths());
+    if is_clear || effort.is_spent(first.report.iterations) {
         return Ok(first);
     }
-    work.allow(FURTHER);
+    work.allow(further);
     let mut best = Cheapest::new(chain, first, effort.interrupt)?;
     for course in descent::starts(chain, ends)? {
         if work.is_done() {

@@ -106,6 +106,20 @@ impl SmoothingData {
         Ok(squares.iter().sum())
     }
 
+    /// The sum of weights times squared distances between the data and the knots of a chain.
+    ///
+    /// # Errors
+    /// As [`SmoothingData::displacements`].
+    pub(crate) fn misfit_of<C: Movable>(&self, chain: &C, work: &Work) -> Result<f64> {
+        Ok(self.squares(chain, &self.displacements(chain, work)?))
+    }
+
+    fn squares<C: Movable>(&self, chain: &C, displacements: &[Vec<f64>]) -> f64 {
+        let each = self.knots.iter().zip(&self.weights).zip(displacements);
+        each.map(|((&knot, weight), away)| weight * chain.square(knot, away))
+            .sum()
+    }
+
     /// The knot of each datum.
     pub(crate) fn knots(&self) -> &[usize] {
         &self.knots
@@ -206,18 +220,29 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         work: &'d Work,
     ) -> Result<Self> {
         let motion = Motion::zeros(chain.size(), chain.lengths().len() + 1);
-        let mut equations = SmoothingEquations {
+        let mut equations = Self::near(chain, motion, data, flat, work);
+        let leg_ends = LegEnds::flat(&equations.state.chain, &equations.state.motion, VECTORS)?;
+        let start = equations.residual_of(&equations.state, leg_ends)?;
+        equations.state = equations.advanced(1.0, &start.step)?;
+        Ok(equations)
+    }
+
+    /// Starts with a motion along a chain.
+    pub(crate) fn near(
+        chain: C,
+        motion: Motion,
+        data: &'d SmoothingData,
+        flat: FlatSmoothing,
+        work: &'d Work,
+    ) -> Self {
+        SmoothingEquations {
             work,
             ends: Ends::Open([(); 2].map(|()| End::Acceleration(vec![0.0; chain.size()]))),
             state: SmoothingState { chain, motion },
             data,
             flat,
             misfit: 0.0,
-        };
-        let leg_ends = LegEnds::flat(&equations.state.chain, &equations.state.motion, VECTORS)?;
-        let start = equations.residual_of(&equations.state, leg_ends)?;
-        equations.state = equations.advanced(1.0, &start.step)?;
-        Ok(equations)
+        }
     }
 
     pub(crate) fn chain(&self) -> &C {
@@ -377,16 +402,10 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
         let SmoothingState { chain, motion } = state;
         let (d, lengths) = (chain.size(), chain.lengths());
         let mut pulls = vec![0.0; state.count()];
-        let mut misfit = 0.0;
         let displacements = self.data.displacements(chain, self.work)?;
-        for ((&knot, weight), away) in self
-            .data
-            .knots
-            .iter()
-            .zip(&self.data.weights)
-            .zip(&displacements)
-        {
-            misfit += weight * chain.square(knot, away);
+        let misfit = self.data.squares(chain, &displacements);
+        let weights = self.data.knots.iter().zip(&self.data.weights);
+        for ((&knot, weight), away) in weights.zip(&displacements) {
             add(&mut pulls[d * knot..], *weight, away);
         }
         let (mut step, change) = self.flat.step(chain, motion, &leg_ends, &pulls)?;

@@ -18,21 +18,18 @@
 
 use faer::{Mat, MatRef};
 
-use super::generalised_cross_validation::GeneralisedCrossValidation;
 use super::grouped::Grouped;
-use super::smoothing_equations::{SmoothingData, SmoothingEquations, work_of_residual};
-use super::straight::Straight;
+use super::smoothing_equations::SmoothingData;
+use super::solve::solve;
 use crate::cubic::{IntegrationOptions, RiemannianCubic};
-use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::manifold::only_bases::{Appearance, advised_curve, appearance};
+use crate::manifold::only_bases::advised_curve;
 use crate::manifold::{Grassmann, Stiefel};
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Quotient, ScalarField};
 use crate::spline::bases::joined;
 use crate::spline::chains::ambient::Ambient;
-use crate::spline::chains::chain::{Movable, SpannedSpace, pieces};
 use crate::spline::chains::framed::{Framed, frames};
 use crate::spline::ends::EndConditions;
 use crate::spline::knots;
@@ -41,25 +38,8 @@ use crate::spline::piecewise::Piecewise;
 use crate::spline::reduced_knots::ReducedKnots;
 use crate::spline::riemannian::check_complex;
 use crate::spline::riemannian::cubic_spline;
-use crate::threads;
 
 const SOLVER: &str = "smoothing spline";
-
-/// Microseconds of the cost of a piece; 32 on St(20,5).
-const COST: f64 = 4.0;
-
-/// Minimal number of trials allowed for many data: with two threads, 120 random points on St(9, 7) are refused after
-/// 2.0 s. With 40 trials they are refused after 1.4 s, but a hundred noisy points of a geodesic on St(12, 4) are not
-/// solved.
-const TRIALS: f64 = 57.0;
-
-/// Work limit of both starts together, in units of the first one's. With 1, sixteen of 288 sets of noisy points of
-/// geodesics are not solved; with 2, no further ones are.
-const BOTH_STARTS: f64 = 1.6;
-
-/// Relative amount by which the objective of a minimum may exceed that of another curve: the square of the defects left
-/// at convergence, and round-off.
-const NO_WORSE: f64 = 1e-9;
 
 /// Options of a smoothing spline.
 ///
@@ -112,7 +92,7 @@ impl Default for SmoothingOptions<'_> {
 
 impl<'a> SmoothingOptions<'a> {
     /// Options of the interpolating spline through the data.
-    fn spline(&self) -> SplineOptions<'a> {
+    pub(super) fn spline(&self) -> SplineOptions<'a> {
         SplineOptions {
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
@@ -174,7 +154,7 @@ pub struct SmoothingSpline {
 /// * `weights` - one per datum, positive; all 1 if `None`
 /// # Errors
 /// `Shape` (also two points without `lambda`), `NonFinite`, `InvalidArgument` (decreasing times, weights, `lambda`);
-/// `NoConvergence` (with `NotMinimal` if some geodesic near the data is better than the curve found), which is in
+/// `NoConvergence` (with `NotMinimal` if a geodesic near the data or the spline through them is better than the curve found), which is in
 /// `OnlyBases` at a knot if most data look like mere bases; `Interrupted`;
 /// wrapped in `AtKnot`, with the index of the distinct time: `NotOrthonormal`, the errors of joining neighbours, and
 /// `LogNotFound` and similar errors if a datum is too far from the curve.
@@ -377,94 +357,6 @@ fn interpolated(
         degrees_of_freedom: points.len() as f64,
         report,
     })
-}
-
-struct SolvedSmoothing {
-    pieces: Vec<RiemannianCubic>,
-    report: SolverReport,
-    /// In units of the mean leg.
-    lambda: f64,
-    misfit: f64,
-    degrees_of_freedom: f64,
-}
-
-/// Starts at the points of a chain through the data; if that leads to no minimum, at the points of the geodesic nearest
-/// to them.
-fn solve<C: Movable>(
-    through: impl Fn(&[Mat<f64>]) -> Result<C>,
-    points: &[Mat<f64>],
-    data: &SmoothingData,
-    lambda: Option<f64>,
-    space: &SpannedSpace,
-    options: &SmoothingOptions<'_>,
-) -> Result<SolvedSmoothing> {
-    let (chain, seem) = (through(points)?, appearance(options.quotient, points));
-    let work = options
-        .spline()
-        .work(TRIALS, work_of_residual(&chain), seem);
-    let validation = GeneralisedCrossValidation::new(&chain, data, &work)?;
-    let lambda = match lambda {
-        Some(lambda) => lambda,
-        None => validation.best()?,
-    };
-    let flat = validation.flat(lambda)?;
-    let degrees_of_freedom = flat.degrees_of_freedom(chain.lengths())?;
-    let straight = Straight::nearest(chain.lengths(), data, options.quotient, options.interrupt)?;
-    let attempt = |chain: C| -> Result<SolvedSmoothing> {
-        let mut fit = SmoothingEquations::new(chain, data, flat.clone(), &work)?;
-        let mut report = fit.solve(options.tolerance, options.max_iterations)?;
-        let mut found = Vec::new();
-        if report.converged {
-            let (chain, motion) = (fit.chain(), fit.motion());
-            found = pieces(chain.lengths().len(), space, |leg| {
-                chain.integrated(leg, motion, options.interrupt)
-            })?;
-            let objective = fit.misfit() + flat.lambda() * cost(&found, fit.chain().lengths())?;
-            let bound = straight.as_ref().map_or(f64::INFINITY, |one| one.misfit);
-            if objective > bound * (1.0 + NO_WORSE) + options.tolerance.powi(2) {
-                report = SolverReport::new(
-                    StopReason::NotMinimal,
-                    report.iterations,
-                    report.residual,
-                    report.tolerance,
-                );
-            }
-        }
-        Ok(SolvedSmoothing {
-            pieces: found,
-            report,
-            lambda,
-            misfit: fit.misfit(),
-            degrees_of_freedom,
-        })
-    };
-    let first = attempt(chain);
-    match (&first, &straight) {
-        (Err(error), _) if error.is_interrupted() => first,
-        (Ok(solved), _) if solved.report.converged => first,
-        (_, None) => first,
-        _ if seem == Appearance::Bases => first,
-        (_, Some(straight)) => {
-            work.allow(BOTH_STARTS);
-            match through(&straight.points).and_then(attempt) {
-                Err(error) if error.is_interrupted() => Err(error),
-                Ok(second) if second.report.converged => Ok(second),
-                // The error of the start at the data is more informative.
-                Ok(_) | Err(_) => first,
-            }
-        }
-    }
-}
-
-/// The cost of pieces on `[0, 1]` that take the given durations.
-fn cost(pieces: &[RiemannianCubic], lengths: &[f64]) -> Result<f64> {
-    let each = threads::map(
-        pieces.len(),
-        COST,
-        || (),
-        |(), leg| Ok(pieces[leg].cost()? * lengths[leg].powi(-3)),
-    )?;
-    Ok(each.iter().sum())
 }
 
 /// Dimension of the manifold of the points.
