@@ -241,7 +241,7 @@ fn little_weight_interpolates_and_much_weight_straightens() {
 
 #[test]
 fn no_spline_through_distant_data_is_better() {
-    // From the data alone, 8 of these 18 splines are not found, or a dearer one.
+    // From the data alone, some of these splines are not found, or others that cost more.
     for shape in [(3, 1), (3, 2)] {
         let mut rng = Rng::new(76);
         for _ in 0..3 {

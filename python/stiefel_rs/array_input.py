@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
 
 import numpy as np
@@ -87,7 +88,8 @@ def check_lam(lam: Any) -> None:
     """
     if lam is None:
         return
-    if isinstance(lam, str) or shape_of(lam) != () or not hasattr(lam, "__float__"):
+    is_number = isinstance(lam, numbers.Real) or shape_of(lam) == () and np.asarray(lam).dtype.kind in "fiu"
+    if not is_number:
         raise TypeError(f"lam: expected a number, or None for cross-validation, found {type(lam).__name__}")
 
 

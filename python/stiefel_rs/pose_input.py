@@ -100,9 +100,11 @@ def _of_pair(rotations: Any, positions: Any, *, project: bool) -> Poses:
         raise InvalidInputError(f"positions: expected shape (N, 3), found {array.shape}")
     check_knots_finite(array, "positions", 1)
     found = read_rotations(rotations, project=project)
-    shape = (*found.quaternions.shape[:-1], 3)
-    if array.shape != shape:
-        raise InvalidInputError(f"positions: expected shape {shape}, found {array.shape}")
+    lead = found.quaternions.shape[:-1]
+    if len(lead) != 1:
+        raise InvalidInputError(f"rotations: expected N rotations, found leading axes {lead}")
+    if array.shape != (*lead, 3):
+        raise InvalidInputError(f"positions: expected shape {(*lead, 3)}, found {array.shape}")
     return Poses("pair", found, array)
 
 

@@ -85,12 +85,12 @@ class RotationSpline(RotationMotion):
     -----
     With the body rate ``w``, defined by ``R' = R hat(w)`` and ``hat(w) x = w x x``, the pieces solve ``w''' = w'' x w``
     (Noakes, Heinzinger, Paden 1989). For rotations about a fixed axis the spline is the cubic spline of the angle, if
-    neighbours are at most 1.4 rad apart.
+    neighbours are at most 1.4 rad apart and intervals differ by at most a factor of three.
 
-    With neighbours farther apart, or at very uneven times, there are several such curves, and the cheapest that was
+    With neighbours farther apart, or at more uneven times, there are several such curves, and the cheapest that was
     found is returned. It may turn the long way between two rotations, also between near ones beside distant ones;
     ``arc_length(t[i], t[i + 1])`` shows it. Rotations added in between, so that neighbours are at most 1.4 rad apart
-    and intervals differ by less than ten times, as a rule prevent that.
+    and intervals differ by at most a factor of three, as a rule prevent that.
 
     In the world frame, vectors are expressed along the axes of the world: ``R w``, ``R w'`` and ``R w''``. The first
     two are the world rate and its derivative, but the derivative of the second is ``R (w'' + w x w')``.

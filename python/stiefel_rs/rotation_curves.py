@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Curve = TypeVar("Curve")
 
 # Arguments of a batch that all members share.
-SHARED: Final = ("lam", "weights", "tol", "max_iterations", "num_threads")
+SHARED: Final = ("lam", "weights", "tol", "tension", "max_iterations", "num_threads")
 
 
 @dataclass(frozen=True)

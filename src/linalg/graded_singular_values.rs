@@ -98,7 +98,7 @@ fn triangular_columns(a: MatRef<'_, f64>) -> (Vec<Column>, f64) {
     let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scales[j]);
     let (_, r) = thin_qr(scaled.as_ref());
     let longest = scales.iter().fold(0.0_f64, |most, scale| most.max(*scale));
-    let scale = (LONG - longest.log2()).min(1000.0).exp2();
+    let scale = (LONG - longest.log2()).clamp(0.0, 1000.0).exp2();
     let column = |j: usize| {
         let factor = scales[j] * scale;
         (0..r.nrows()).map(|i| r[(i, j)] * factor).collect()

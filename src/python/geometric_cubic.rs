@@ -37,8 +37,8 @@ use crate::stored::{Stored, refusal};
 ///     velocity too long for the construction.
 /// OutsideDomainError
 ///     Inner control points cannot be joined, or intermediate points reach an angle of pi inside the interval, where
-///     the curve would jump; for subspaces, a principal angle of pi/2 between consecutive control points, or in a third
-///     of an end velocity. Carries ``angle``.
+///     the curve would jump; for subspaces, a principal angle of pi/2 between the inner control points. Carries
+///     ``angle``.
 ///
 /// Notes
 /// -----

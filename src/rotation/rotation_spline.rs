@@ -21,7 +21,7 @@ use crate::linalg::simd::vectorised;
 use crate::manifold::stiefel::POINT_TOLERANCE;
 use crate::report::SolverReport;
 use crate::spline::{
-    EndConditions, Outside, Piecewise, SmoothingOptions, SplineOptions, cubic_hermite,
+    EndConditions, Outside, Piecewise, SmoothingOptions, SplineOptions, check_times, cubic_hermite,
     cubic_spline_of_legs, smoothing_spline,
 };
 use crate::threads::{self, ALWAYS};
@@ -111,6 +111,7 @@ impl RotationSpline {
         ends: &EndConditions,
         options: &SplineOptions<'_>,
     ) -> Result<Self> {
+        check_times(t, rotations.len())?;
         check_closed(rotations, ends)?;
         let frames: Vec<_> = rotations.iter().map(frame).collect();
         let points: Vec<MatRef<'_, f64>> = frames.iter().map(|frame| frame.as_ref()).collect();
@@ -465,7 +466,8 @@ fn check_closed(rotations: &[UnitQuaternion<f64>], ends: &EndConditions) -> Resu
     };
     let found = first.angle_to(last);
     // Two matrices are `sqrt(2)` times their small angle apart.
-    if found <= FRAC_1_SQRT_2 * POINT_TOLERANCE {
+    // Rotations that are not finite are refused later.
+    if found <= FRAC_1_SQRT_2 * POINT_TOLERANCE || found.is_nan() {
         return Ok(());
     }
     let error = Error::InvalidArgument {

@@ -292,6 +292,11 @@ mod tests {
 
     const SHAPES: [[usize; 2]; 5] = [[2, 1], [3, 2], [4, 2], [5, 2], [7, 4]];
 
+    fn spaces() -> impl Iterator<Item = RealSpace> {
+        let both = |[r, k]: [usize; 2]| [RealSpace::frames(r, k), RealSpace::subspaces(r, k)];
+        SHAPES.into_iter().flat_map(both)
+    }
+
     fn numbers(count: usize, seed: usize) -> Vec<f64> {
         let number = |i: usize| ((7 * i + 3 * seed) % 11) as f64 - 5.0;
         (0..count).map(number).collect()
@@ -327,8 +332,8 @@ mod tests {
 
     #[test]
     fn coordinates_are_all_entries_once() {
-        for [r, k] in SHAPES {
-            let space = RealSpace::subspaces(r, k);
+        for space in spaces() {
+            let RealSpace { r, k, .. } = space;
             let mut seen = vec![0; r * r];
             space.each_entry(|_, i, j| seen[i * r + j] += 1);
             space.each_isotropy_entry(|_, i, j| seen[i * r + j] += 1);
@@ -343,15 +348,12 @@ mod tests {
     }
 
     #[test]
-    fn brackets_of_horizontal_vectors_are_in_h_and_act_on_both_sides() {
-        for [r, k] in SHAPES {
-            let space = RealSpace::subspaces(r, k);
+    fn h_acts_by_brackets_and_contains_those_of_symmetric_spaces() {
+        for space in spaces() {
+            let RealSpace { r, k, .. } = space;
             let ([x, z], [y, _]) = (matrices(space, 1), matrices(space, 2));
-            assert!(
-                horizontal(space, &commutator(r, &x, &y))
-                    .iter()
-                    .all(|x| *x == 0.0)
-            );
+            let bracket = horizontal(space, &commutator(r, &x, &y));
+            assert!(!space.is_symmetric() || bracket.iter().all(|x| *x == 0.0));
             let mut out = vec![0.0; space.dim()];
             let coordinates = numbers(space.isotropy_dim(), 6);
             space.subtract_action(&coordinates, &x, &mut out);
@@ -364,16 +366,17 @@ mod tests {
 
     #[test]
     fn turning_is_conjugation_and_back() {
-        for [r, k] in SHAPES {
-            let space = RealSpace::subspaces(r, k);
-            // Signed permutations of both blocks.
+        for space in spaces() {
+            let RealSpace { r, k, .. } = space;
+            // Signed permutations of both blocks; for frames, the first one is the identity.
             let mut q = vec![0.0; r * r];
             for i in 0..r {
-                let image = match i < k {
-                    true => (i + 1) % k,
-                    false => k + (i - k + 1) % (r - k),
+                let (image, sign) = match i < k {
+                    true if space.quotient == Quotient::Frames => (i, 0),
+                    true => ((i + 1) % k, i),
+                    false => (k + (i - k + 1) % (r - k), i),
                 };
-                q[image * r + i] = if i % 2 == 0 { 1.0 } else { -1.0 };
+                q[image * r + i] = if sign % 2 == 0 { 1.0 } else { -1.0 };
             }
             let transposed: Vec<f64> = (0..r * r).map(|at| q[at % r * r + at / r]).collect();
             let coordinates = numbers(space.dim(), 3);

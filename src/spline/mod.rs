@@ -32,7 +32,6 @@ pub use geometric::velocities::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities,
 };
 pub use hermite::{cubic_hermite, geometric_hermite, subspace_hermite};
-#[cfg(feature = "python")]
 pub(crate) use knots::check_times;
 pub use options::SplineOptions;
 pub use piecewise::{Outside, Piecewise};

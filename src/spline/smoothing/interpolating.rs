@@ -1,4 +1,4 @@
-//! The spline through the data of a smoothing spline: where its weight is small, a start that is near the solution, and in any
+//! The spline through the data of a smoothing spline: where `lambda` is small, a start near the solution, and in any
 //! case a curve that must not be better.
 
 use super::smoothing_equations::SmoothingData;

@@ -175,7 +175,14 @@ pub(super) fn solve<C: Interpolated>(
     }
     work.allow(FURTHER_STARTS);
     let effort = Effort::new(&options.spline(), &work);
-    let interpolating = Interpolating::of(&chain, data, attempts.flat.lambda(), effort)?;
+    let has_work = first
+        .as_ref()
+        .map_or(true, |one| one.report.reason != StopReason::WorkLimit);
+    // What is left of the work then belongs to the geodesic, from which noisy points of geodesics are solved.
+    let interpolating = match has_work {
+        true => Interpolating::of(&chain, data, attempts.flat.lambda(), effort)?,
+        false => None,
+    };
     let bound = interpolating
         .as_ref()
         .map_or(bound, |one| bound.min(one.objective));
