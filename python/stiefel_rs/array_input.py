@@ -88,7 +88,7 @@ def check_lam(lam: Any) -> None:
     """
     if lam is None:
         return
-    is_number = isinstance(lam, numbers.Real) or shape_of(lam) == () and np.asarray(lam).dtype.kind in "fiu"
+    is_number = isinstance(lam, numbers.Real) or (shape_of(lam) == () and np.asarray(lam).dtype.kind in "fiu")
     if not is_number:
         raise TypeError(f"lam: expected a number, or None for cross-validation, found {type(lam).__name__}")
 
