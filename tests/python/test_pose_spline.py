@@ -336,7 +336,7 @@ def test_bad_pairs(make):
     with pytest.raises(TypeError, match="positions: expected real numbers"):
         make(t, (q, p + 0j))
     refuse("knot 0: rotations: a quaternion of length zero", make, t, (0 * q, p), knot=0)
-    refuse("positions: expected shape|t: expected", make, t, (np.stack([q, q]), p))
+    refuse(r"rotations: expected N rotations, found leading axes \(2, 6\)", make, t, (np.stack([q, q]), p))
 
 
 def test_bad_times():
