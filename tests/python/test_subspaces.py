@@ -185,9 +185,9 @@ def test_degenerate_control_points():
     assert caught.value.angle == pytest.approx(np.pi / 2)
     V = np.zeros((4, 2))
     V[2, 0] = 5.4
-    with pytest.raises(InvalidInputError, match=r"^V0: must be short enough .* found 5\.4"):
+    with pytest.raises(stiefel_rs.InvalidInputError, match=r"^V0: must be short enough .* found 5\.4"):
         GeometricCubic(E[:, :2], V, E[:, :2], 0 * V, manifold=M)
-    with pytest.raises(InvalidInputError, match=r"V1: must be short enough .* found 5\.4") as caught:
+    with pytest.raises(stiefel_rs.InvalidInputError, match=r"V1: must be short enough .* found 5\.4") as caught:
         CubicHermite([0, 1, 2], [E[:, :2]] * 3, [0 * V, V, V], "geometric", manifold=M)
     assert caught.value.knot == 0
     turning = E[:, :2] @ np.array([[0, 1], [-1, 0]])
