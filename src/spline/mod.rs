@@ -39,5 +39,6 @@ pub use riemannian::cubic_spline;
 pub(crate) use riemannian::cubic_spline_of_legs;
 pub use sensitivity::data_variation::{SplineGradient, SplineVariation};
 pub use sensitivity::derivative::SplineDerivative;
-pub use smoothing::smoothing_spline::{SmoothingOptions, SmoothingSpline, smoothing_spline};
+pub use smoothing::smoothing_options::SmoothingOptions;
+pub use smoothing::smoothing_spline::{SmoothingSpline, smoothing_spline};
 pub use subspaces::subspace_batch::solve_subspace_boundary;

@@ -6,7 +6,7 @@ use super::flat_smoothing::FlatSmoothing;
 use super::generalised_cross_validation::GeneralisedCrossValidation;
 use super::interpolating::{Interpolated, Interpolating};
 use super::smoothing_equations::{SmoothingData, SmoothingEquations, work_of_residual};
-use super::smoothing_spline::SmoothingOptions;
+use super::smoothing_options::SmoothingOptions;
 use super::straight::Straight;
 use crate::cubic::RiemannianCubic;
 use crate::cubic::taylor::work::Work;
