@@ -333,7 +333,7 @@ mod tests {
     #[test]
     fn coordinates_are_all_entries_once() {
         for space in spaces() {
-            let RealSpace { r, k, .. } = space;
+            let r = space.r;
             let mut seen = vec![0; r * r];
             space.each_entry(|_, i, j| seen[i * r + j] += 1);
             space.each_isotropy_entry(|_, i, j| seen[i * r + j] += 1);
