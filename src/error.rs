@@ -21,11 +21,11 @@ use crate::report::{SolverReport, StopReason};
 #[non_exhaustive]
 pub enum Error {
     /// An array has a shape that the operation does not take.
-    #[error("{name}: expected {}, found {found}", shape(expected))]
+    #[error("{name}: expected shape {expected}, found {found}")]
     Shape {
         /// Which argument.
         name: &'static str,
-        /// The shape it should have, in words or in parentheses.
+        /// The shape it should have.
         expected: String,
         /// The shape it has.
         found: String,
@@ -327,14 +327,6 @@ pub enum Error {
         /// Which computation.
         solver: &'static str,
     },
-}
-
-/// A shape in parentheses, or what takes its place in words.
-fn shape(expected: &str) -> String {
-    match expected.starts_with('(') {
-        true => format!("shape {expected}"),
-        false => expected.to_owned(),
-    }
 }
 
 /// A number in few characters: whole numbers exactly, others to the last digit, very large and very small ones with a

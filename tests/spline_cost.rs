@@ -80,7 +80,7 @@ fn free_ends_seldom_cost_more_than_ends_at_rest() {
             }
         }
     }
-    assert!(missed.len() <= 1, "{missed:?}");
+    assert!(missed.is_empty(), "{missed:?}");
 }
 
 /// Knots as for bases of reduced models, with arbitrary columns: few neighbours are close.
@@ -152,8 +152,8 @@ fn uneven_walk(rng: &mut Rng) -> (Vec<f64>, Vec<UnitQuaternion<f64>>) {
 }
 
 #[test]
-fn near_rotations_at_uneven_times_seldom_cost_more_than_at_rest() {
-    // From the splines of flat space alone four natural ones cost more; of 100 such walks 11, with the search 2.
+fn near_rotations_at_uneven_times_cost_no_more_than_at_rest() {
+    // From the splines of flat space alone three natural ones cost more; of 100 such walks 9, with the search 1.
     let mut rng = Rng::new(7);
     let rest = || RotationEnd::Rate(Vector3::zeros());
     let mut missed = Vec::new();
@@ -168,5 +168,5 @@ fn near_rotations_at_uneven_times_seldom_cost_more_than_at_rest() {
             missed.push(trial);
         }
     }
-    assert!(missed.len() <= 1, "{missed:?}");
+    assert!(missed.is_empty(), "{missed:?}");
 }

@@ -79,6 +79,11 @@ impl EndCondition {
     }
 }
 
+/// Whether a velocity is given at an end.
+pub(super) fn gives_velocity(ends: &Ends) -> bool {
+    matches!(ends, Ends::Open(ends) if ends.iter().any(|end| end.velocity().is_some()))
+}
+
 impl End {
     pub(super) fn velocity(&self) -> Option<&[f64]> {
         match self {

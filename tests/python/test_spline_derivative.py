@@ -117,8 +117,8 @@ def test_what_is_refused(rng):
     curve, dS = family.at(0.0), family.dS
     for call, problem in [
         (lambda: family.at(0.0, kind="geometric").cost_gradient(), "kind='riemannian'"),
-        (lambda: curve.point_variation(1.0, dS[1:]), "dS: expected a matrix for each of 5 knots"),
-        (lambda: curve.point_variation(1.0, dS, family.dt[1:]), "dt: expected one for each of 5 knots"),
+        (lambda: curve.point_variation(1.0, dS[1:]), "dS: expected shape a matrix for each of 5 knots"),
+        (lambda: curve.point_variation(1.0, dS, family.dt[1:]), "dt: expected shape one for each of 5 knots"),
         (lambda: curve.point_variation(1.0, dS, 0.5), r"dt: expected shape \(N,\)"),
         (lambda: curve.point_variation(1.0, dS + family.S), "knot 0.*dS"),
         (lambda: curve.point_variation(1.0, dS, None, (dS[0], None)), "no vector is given"),

@@ -24,7 +24,7 @@ use crate::legs::{Curves, Knots, Options};
 use crate::linalg::lanes::Lanes;
 use crate::shooting;
 use crate::space::{Homogeneous, Kind, ScalarField, in_space};
-use crate::spline::ends::Ends;
+use crate::spline::ends::{Ends, gives_velocity};
 
 /// Largest rotation of a leg, in radians, for which series are used, if velocities at the ends are
 /// given and if they are not; for faster starts the legs are integrated from the beginning. With 6 for given end
@@ -96,9 +96,9 @@ impl Framed<'_> {
 
 /// Largest rotation of a leg for which series are used.
 fn fastest(ends: &Ends) -> f64 {
-    match ends {
-        Ends::Open(ends) if ends.iter().any(|end| end.velocity().is_some()) => FAST,
-        _ => FAST_WITH_FREE_ENDS,
+    match gives_velocity(ends) {
+        true => FAST,
+        false => FAST_WITH_FREE_ENDS,
     }
 }
 

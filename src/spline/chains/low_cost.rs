@@ -10,7 +10,7 @@ use super::motion::Motion;
 use super::solution::{ChainSolution, ChainStart, Effort, piece};
 use crate::error::{Result, unless_interrupted};
 use crate::interrupt::Interrupt;
-use crate::spline::ends::Ends;
+use crate::spline::ends::{Ends, gives_velocity};
 
 /// Leg length above which knots count as distant. For natural splines through five random knots, the iteration alone
 /// leads to different costs in the two directions for 6 of 60 on St(3,1) and 6 of 40 on St(4,2). The value is a guess,
@@ -32,9 +32,10 @@ pub(crate) fn is_far(longest: f64) -> bool {
     longest > FAR
 }
 
-/// Whether a solution is so fast that others should be sought.
-pub(crate) fn is_fast(motion: &Motion, lengths: &[f64]) -> bool {
-    motion.speed(0..lengths.len() + 1, lengths) > FAST
+/// Whether a solution is so fast that others should be sought: not if velocities are given, which make legs fast by
+/// themselves.
+pub(crate) fn is_fast(ends: &Ends, motion: &Motion, lengths: &[f64]) -> bool {
+    !gives_velocity(ends) && motion.speed(0..lengths.len() + 1, lengths) > FAST
 }
 
 /// The cheapest of several solutions, with its cost; unconverged solutions have infinite cost.

@@ -51,7 +51,7 @@ pub(crate) fn cheapest(
     let first = first.unwrap_or_else(|| unsolved(effort));
     let is_clear = first.report.converged
         && !low_cost::is_far(chain.longest())
-        && !low_cost::is_fast(&first.motion, chain.lengths());
+        && !low_cost::is_fast(ends, &first.motion, chain.lengths());
     if is_clear || effort.is_spent(first.report.iterations) {
         return Ok(first);
     }
