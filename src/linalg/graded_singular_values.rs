@@ -81,7 +81,8 @@ pub(crate) fn graded_singular_values(a: MatRef<'_, f64>) -> Result<Vec<f64>> {
     })
 }
 
-/// Binary logarithm of the size of the longest column during the iteration, so that short ones are not subnormal, whose digits are fewer.
+/// Binary logarithm of the size of the longest column during the iteration, so that short ones are not subnormal, whose
+/// digits are fewer.
 const LONG: f64 = 900.0;
 
 /// The columns of the factor `R` of `A = Q R` times a power of two, and this factor: they have fewer rows and the same

@@ -284,6 +284,7 @@ impl Homogeneous for ComplexSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::space::test_matrices::{commutator, numbers, product};
 
     /// Numbers of complex rows and columns.
     const SHAPES: [[usize; 2]; 7] = [[1, 1], [2, 1], [3, 1], [2, 2], [3, 2], [5, 2], [6, 4]];
@@ -297,21 +298,6 @@ mod tests {
             };
             [Quotient::Frames, Quotient::Subspaces].map(space)
         })
-    }
-
-    fn numbers(count: usize, seed: usize) -> Vec<f64> {
-        let number = |i: usize| ((7 * i + 3 * seed) % 11) as f64 - 5.0;
-        (0..count).map(number).collect()
-    }
-
-    fn product(r: usize, a: &[f64], b: &[f64]) -> Vec<f64> {
-        let entry = |at: usize| (0..r).map(|l| a[at / r * r + l] * b[l * r + at % r]).sum();
-        (0..r * r).map(entry).collect()
-    }
-
-    fn commutator(r: usize, a: &[f64], b: &[f64]) -> Vec<f64> {
-        let (ab, ba) = (product(r, a, b), product(r, b, a));
-        ab.iter().zip(ba).map(|(x, y)| x - y).collect()
     }
 
     fn matrix(space: ComplexSpace, x: &[f64]) -> Vec<f64> {

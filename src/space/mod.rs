@@ -8,6 +8,8 @@ mod row_order;
 mod row_sums;
 mod scalar_field;
 mod shape;
+#[cfg(test)]
+mod test_matrices;
 
 pub(crate) use complex::ComplexSpace;
 pub(crate) use homogeneous::{Homogeneous, orthonormalise};

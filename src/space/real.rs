@@ -65,7 +65,8 @@ pub(crate) trait RealSizes: Copy + Send + Sync {
         }
     }
 
-    /// `Omega` is unchanged; `B` becomes `q_2 B`, for subspaces `q_2 B q_1^T`, with the diagonal blocks of `q`, by its entries.
+    /// `Omega` is unchanged; `B` becomes `q_2 B`, for subspaces `q_2 B q_1^T`, with the diagonal blocks of `q`, which is
+    /// given by its entries.
     #[inline(always)]
     fn turn<T: Number>(self, q: impl Fn(usize, usize) -> T, x: &[T], out: &mut [T]) {
         let ([r, k], turns) = (self.shape(), self.turns());
@@ -289,27 +290,13 @@ impl<S: RealSizes> Homogeneous for S {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::space::test_matrices::{commutator, numbers, product};
 
     const SHAPES: [[usize; 2]; 5] = [[2, 1], [3, 2], [4, 2], [5, 2], [7, 4]];
 
     fn spaces() -> impl Iterator<Item = RealSpace> {
         let both = |[r, k]: [usize; 2]| [RealSpace::frames(r, k), RealSpace::subspaces(r, k)];
         SHAPES.into_iter().flat_map(both)
-    }
-
-    fn numbers(count: usize, seed: usize) -> Vec<f64> {
-        let number = |i: usize| ((7 * i + 3 * seed) % 11) as f64 - 5.0;
-        (0..count).map(number).collect()
-    }
-
-    fn product(r: usize, a: &[f64], b: &[f64]) -> Vec<f64> {
-        let entry = |at: usize| (0..r).map(|l| a[at / r * r + l] * b[l * r + at % r]).sum();
-        (0..r * r).map(entry).collect()
-    }
-
-    fn commutator(r: usize, a: &[f64], b: &[f64]) -> Vec<f64> {
-        let (ab, ba) = (product(r, a, b), product(r, b, a));
-        ab.iter().zip(ba).map(|(x, y)| x - y).collect()
     }
 
     fn matrices(space: RealSpace, seed: usize) -> [Vec<f64>; 2] {

@@ -90,8 +90,8 @@ pub struct SmoothingSpline {
 /// * `weights` - one per datum, positive; all 1 if `None`
 /// # Errors
 /// `Shape` (also two points without `lambda`), `NonFinite`, `InvalidArgument` (decreasing times, weights, `lambda`);
-/// `NoConvergence` (with `NotMinimal` if a geodesic near the data or the spline through them is better than the curve found), which is in
-/// `OnlyBases` at a knot if most data look like mere bases; `Interrupted`;
+/// `NoConvergence` (with `NotMinimal` if a geodesic near the data or the spline through them is better than the curve
+/// found), which is in `OnlyBases` at a knot if most data look like mere bases; `Interrupted`;
 /// wrapped in `AtKnot`, with the index of the distinct time: `NotOrthonormal`, the errors of joining neighbours, and
 /// `LogNotFound` and similar errors if a datum is too far from the curve.
 pub fn smoothing_spline(
