@@ -233,14 +233,63 @@ def test_second_derivatives_say_that_there_are_none():
         gradient.sum().backward()
 
 
-def test_subspaces(rng):
-    manifold = Grassmann(4, 2)
-    Y, knots = manifold.random_point(rng), np.array([0.0, 1.0, 2.2])
-    V = manifold.random_tangent(Y, rng)
-    V *= 0.6 / np.linalg.norm(V)
-    bases = np.array([Y, manifold.exp(Y, V), manifold.exp(Y, 1.5 * V)])
-    check(lambda *data: st.exp(*data, manifold=manifold), Y, V)
-    check(lambda *data: st.log(*data, manifold=manifold), Y, bases[1])
-    check(lambda *data: st.cubic_spline(*data, manifold=manifold), knots, bases, np.array([0.3, 1.0, 1.9]))
-    found = st.cubic_spline(knots, bases, np.array([0.3]), manifold=manifold)
-    np.testing.assert_allclose(found, CubicSpline(knots, bases, manifold=manifold)([0.3]), rtol=0, atol=1e-14)
+@pytest.mark.parametrize("field", ["real", "complex"])
+@pytest.mark.parametrize(("n", "k"), [(3, 1), (5, 2), (4, 3), (12, 3)])
+def test_subspaces(n, k, field, rng):
+    manifold = Grassmann(n, k, field=field)
+
+    def vector(Y, length=0.6):
+        V = manifold.random_tangent(Y, rng)
+        return length * V / np.linalg.norm(V)
+
+    bases = [manifold.random_point(rng)]
+    while len(bases) < len(KNOTS):
+        bases.append(manifold.exp(bases[-1], vector(bases[-1], 0.5)))
+    Y, Y1, at_start = bases[0], bases[1], [vector(bases[0]) for _ in range(3)]
+    calls = [
+        (st.exp, [Y, at_start[0]]),
+        (st.log, [Y, Y1]),
+        (st.riemannian_cubic, [Y, at_start[0], Y1, vector(Y1), TIMES]),
+        (st.cubic_initial, [Y, *at_start, TIMES]),
+        (st.cubic_spline, [KNOTS, np.array(bases), TIMES]),
+    ]
+    for function, data in calls:
+        check(lambda *given, function=function: function(*given, manifold=manifold), *data)
+    found = st.cubic_spline(KNOTS, np.array(bases), TIMES, manifold=manifold)
+    wanted = CubicSpline(KNOTS, bases, manifold=manifold)(TIMES)
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-14)
+
+
+@pytest.fixture(params=[torch.float32, torch.float64], ids=["single", "double"])
+def default(request):
+    """The default dtype of PyTorch."""
+    before = torch.get_default_dtype()
+    torch.set_default_dtype(request.param)
+    yield request.param
+    torch.set_default_dtype(before)
+
+
+QUARTER = torch.tensor([[0, -1], [1, 0]])
+
+
+@pytest.mark.parametrize("kind", [torch.int64, torch.int8, torch.bool])
+def test_integers_and_booleans_have_the_default_precision(kind, default):
+    A = QUARTER.to(kind) if kind != torch.bool else torch.zeros((2, 2), dtype=kind)
+    found, eps = st.skew_exp(A), torch.finfo(default).eps
+    assert found.dtype == default
+    np.testing.assert_allclose(found, stiefel_rs.skew_exp(A.to(torch.float64)), rtol=0, atol=4 * eps)
+
+
+def test_python_numbers_have_double_precision(default):
+    assert st.skew_exp(QUARTER.tolist()).dtype == torch.float64
+
+
+def test_integers_do_not_change_the_precision_of_others(default):
+    kinds = [torch.float16, torch.bfloat16, torch.float32, torch.float64, torch.complex64, torch.complex128]
+    results = [torch.float32, torch.float32, *kinds[2:]]
+    S = torch.eye(3, dtype=torch.int64)[:, :2]
+    for kind, wanted in zip(kinds, results, strict=True):
+        V = torch.zeros((3, 2), dtype=kind)
+        for frame in (S, S.to(torch.int8), S.to(torch.bool)):
+            assert st.exp(frame, V).dtype == wanted
+        assert st.exp(V + S, torch.zeros((3, 2), dtype=torch.int64)).dtype == wanted
