@@ -8,7 +8,9 @@ use crate::shooting::taylor::leg::{LegScratch, SeriesLeg};
 use crate::shooting::taylor::orders::{MOST, Orders};
 use crate::shooting::taylor::room::Room;
 use crate::shooting::taylor::rotation_series::is_of_rotations;
-use crate::shooting::taylor::variation::{MORE_TERMS, MiddleVariation, TERMS, TERMS_OF_ROTATIONS};
+use crate::shooting::taylor::variation::{
+    MORE_TERMS, MOST_TERMS_OF_ROTATIONS, MiddleVariation, TERMS, terms_of_rotations,
+};
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::space::Homogeneous;
 
@@ -107,7 +109,7 @@ impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
                 .collect(),
             buffers: ChainBuffers {
                 leg: LegScratch::new(space, order),
-                variation: MiddleVariation::new(space, 2, terms(space, knots)),
+                variation: MiddleVariation::new(space, 2, most_terms(space, knots)),
             },
             velocities: velocities.to_vec(),
             jumps: Vec::new(),
@@ -200,7 +202,7 @@ impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
             |scratch, _, LegGroup { leg, progress, .. }| {
                 let orders = match is_last {
                     true => Orders::last(),
-                    false => Orders::after(progress.size),
+                    false => Orders::along_chain(space, progress.size),
                 };
                 if progress.moved <= still && progress.accuracy <= orders.accuracy {
                     return;
@@ -238,11 +240,6 @@ impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
         }
         let sizes = self.groups.iter().map(|group| group.progress.size);
         self.size = sizes.fold(0.0, larger);
-    }
-
-    /// Number of terms of the derivatives of the legs.
-    pub(crate) fn terms(&self) -> usize {
-        terms(self.space, self.knots)
     }
 
     fn leg(&self, leg: usize) -> &SeriesLeg<'k, T> {
@@ -299,12 +296,15 @@ impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
 
     /// Number of products for setting up the derivative of the equations.
     pub(crate) fn products_of_derivative(&self) -> f64 {
-        let sizes = [self.space.dim(), self.space.size(), self.terms()];
-        let [d, r, terms] = sizes.map(|size| size as f64);
+        let [d, r] = [self.space.dim(), self.space.size()].map(|size| size as f64);
         let columns = 3.0 * d;
-        let series = columns * 0.5 * terms * terms * 8.0 * r * d;
         let stale = self.groups.iter().filter(|group| group.progress.is_stale);
-        (stale.count() * T::COUNT) as f64 * (series + columns.powi(3))
+        let products = stale.map(|LegGroup { leg, .. }| {
+            let terms = terms(self.space, leg) as f64;
+            let series = columns * 0.5 * terms * terms * 8.0 * r * d;
+            T::COUNT as f64 * (series + columns.powi(3))
+        });
+        products.sum()
     }
 }
 
@@ -320,12 +320,22 @@ fn system(d: usize, knots: &Knots<'_>) -> BlockTridiagonal {
     system
 }
 
-/// Number of terms of the derivatives of legs. If tension lets velocities grow as `e^7` along a leg, four terms are
+/// Number of terms of the derivatives of some legs. If tension lets velocities grow as `e^7` along a leg, four terms are
 /// meaningless.
-fn terms(space: impl Homogeneous, knots: &Knots<'_>) -> usize {
+#[inline(always)]
+pub(crate) fn terms<T: Field>(space: impl Homogeneous, leg: &SeriesLeg<'_, T>) -> usize {
+    match leg.tension {
+        Some(_) => MORE_TERMS,
+        None if is_of_rotations(space) => terms_of_rotations(leg.speed()),
+        None => TERMS,
+    }
+}
+
+/// The largest number of terms of the derivatives of legs.
+fn most_terms(space: impl Homogeneous, knots: &Knots<'_>) -> usize {
     match knots.tension == 0.0 {
         false => MORE_TERMS,
-        true if is_of_rotations(space) => TERMS_OF_ROTATIONS,
+        true if is_of_rotations(space) => MOST_TERMS_OF_ROTATIONS,
         true => TERMS,
     }
 }

@@ -1,7 +1,7 @@
 //! The step of Newton's method for a chain: legs are condensed to the velocities at the knots, which solve a block
 //! tridiagonal system.
 
-use super::chain::{ChainBuffers, LegGroup, SeriesChain};
+use super::chain::{ChainBuffers, LegGroup, SeriesChain, terms};
 use crate::legs::Ends;
 use crate::linalg::field::{Field, larger, largest};
 use crate::linalg::simd::each;
@@ -12,7 +12,7 @@ impl<T: Field, S: Homogeneous> SeriesChain<'_, T, S> {
     /// Sets up the linear equations of those legs that need new ones at the current state; `false` if they are
     /// singular.
     pub(crate) fn linearise(&mut self) -> bool {
-        let (space, terms) = (self.space, self.terms());
+        let space = self.space;
         if self.groups.iter().all(|group| !group.progress.is_stale) {
             return true;
         }
@@ -33,7 +33,7 @@ impl<T: Field, S: Homogeneous> SeriesChain<'_, T, S> {
              }| {
                 progress.is_new = progress.is_stale;
                 if progress.is_stale {
-                    linear.linearise(space, leg, terms, scratch, variation);
+                    linear.linearise(space, leg, terms(space, leg), scratch, variation);
                     progress.is_stale = false;
                 }
             },
