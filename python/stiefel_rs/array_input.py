@@ -68,11 +68,7 @@ def real_array(values: ArrayLike, name: str) -> Array:
     """
     if type(values) is not np.ndarray:
         _check_unmasked(name, values)
-    try:
-        array: NDArray[Any] = _as_numpy(name, values)
-    except ValueError as error:
-        text = "found items of different shapes" if "inhomogeneous" in str(error) else str(error)
-        raise InvalidInputError(f"{name}: {text}") from error
+    array: NDArray[Any] = _as_numpy(name, values)
     if array.dtype.kind not in "fiub":
         raise TypeError(f"{name}: expected real numbers, found an array of dtype {array.dtype}")
     return array.astype(np.float64, copy=False)

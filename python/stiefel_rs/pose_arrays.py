@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import _check_unmasked
+from ._core import _as_numpy, _check_unmasked
 from .array_input import shape_of
 from .errors import InvalidInputError
 from .rotation_input import quaternions_of
@@ -34,10 +34,7 @@ def floats(name: str, value: Any, shape: tuple[int | None, ...]) -> Array:
         The entries are not real numbers.
     """
     _check_unmasked(name, value)
-    try:
-        given = np.asarray(value)
-    except ValueError:
-        raise InvalidInputError(f"{name}: found items of different shapes") from None
+    given: NDArray[Any] = _as_numpy(name, value)
     if not np.can_cast(given.dtype, np.float64, "same_kind"):
         raise TypeError(f"{name}: expected real numbers, found {given.dtype}")
     fits = given.ndim == len(shape)

@@ -3,6 +3,7 @@
 //! A library is identified by the namespace of its arrays, `__array_namespace__` of the array API standard, and PyTorch, which
 //! has none, by its class. Data pass through NumPy, without a copy if the library shares memory with it.
 
+use pyo3::exceptions::PyValueError;
 use pyo3::intern;
 use pyo3::types::{PyInt, PyList};
 
@@ -115,7 +116,8 @@ fn is_tensor(object: &Any) -> PyResult<bool> {
 /// The NumPy array that an argument is, or shares its data with.
 ///
 /// # Errors
-/// `TypeError` for arrays that derivatives are taken of, which other functions accept; errors of the library.
+/// `TypeError` for arrays that derivatives are taken of, which other functions accept; `InvalidInputError` for items of
+/// different shapes; errors of the library.
 pub fn as_numpy<'py>(object: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
     let numpy = numpy(object.py())?;
     if !is_native(object) && !object.hasattr("__array__")? && object.hasattr("__dlpack__")? {
@@ -129,11 +131,25 @@ pub fn as_numpy<'py>(object: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
         false => object.clone(),
     };
     let array = numpy.call_method1(intern!(object.py(), "asarray"), (resolved,));
-    array.map_err(|error| {
-        traced(object, name)
-            .map(PyTypeError::new_err)
-            .unwrap_or(error)
+    array.map_err(|error| match traced(object, name) {
+        Some(message) => PyTypeError::new_err(message),
+        None => unreadable(object.py(), &error, name).unwrap_or(error),
     })
+}
+
+/// The error for items that are not an array, from NumPy's.
+fn unreadable(py: Python<'_>, error: &PyErr, name: &str) -> Option<PyErr> {
+    if !error.is_instance_of::<PyValueError>(py) {
+        return None;
+    }
+    let text = error.value(py).to_string();
+    let found = match text.contains("inhomogeneous") {
+        true => "found items of different shapes",
+        false => &text,
+    };
+    let named = invalid!("{name}: {found}");
+    named.set_cause(py, Some(error.clone_ref(py)));
+    Some(named)
 }
 
 /// The NumPy array of an argument, for functions written in Python.

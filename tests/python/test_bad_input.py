@@ -12,10 +12,12 @@ from public_calls import ARGUMENTS, CALLS, S1, SKEW, SPHERE, Z0, M, S, V, flat, 
 from stiefel_rs import (
     Chart,
     ConvergenceError,
+    CubicSpline,
     GeometricCubic,
     InvalidInputError,
     OutsideDomainError,
     QuasiGeodesic,
+    RotationSpline,
     SmoothingSpline,
     Stiefel,
     StiefelError,
@@ -115,6 +117,21 @@ def test_not_real_numbers(call, i):
             replaced(call, i, bad)
     with pytest.raises((TypeError, ValueError)):
         replaced(call, i, [[1.0, 2.0], [3.0]])
+
+
+def test_items_of_different_shapes_are_named():
+    ragged, knots = [[0.0, 1.0], [0.0]], [0.0, 1.0]
+    calls = {
+        "A": lambda: skew_exp(ragged),
+        "S": lambda: M.exp(ragged, V),
+        "V": lambda: M.exp(S, ragged),
+        "t": lambda: CubicSpline(knots, [S, S1])(ragged),
+        "rotations": lambda: RotationSpline(knots, ragged),
+    }
+    for name, call in calls.items():
+        with pytest.raises(InvalidInputError, match=f"^{name}: found items of different shapes$") as caught:
+            call()
+        assert isinstance(caught.value.__cause__, ValueError), name
 
 
 @pytest.mark.parametrize(("call", "i"), ARGUMENTS)
