@@ -69,13 +69,15 @@ def rates(q: Any, h: float) -> Any:
 def objective(knots: Array, t: Array) -> Any:
     """What is minimised, a function of the keyframes: mean squared acceleration and mean squared excess of angles."""
     wanted, h = directions(t), float(t[1] - t[0])
+    allowed = 2 * np.sin(np.radians(ALLOWED) / 2)
 
     @jax.jit
     def value(flat: Any) -> Any:
         q = rotation_spline(knots, flat.reshape(-1, 4), t)
         accelerations = jnp.diff(rates(q, h), axis=0) / h
-        chord = jnp.linalg.norm(first_axis(q) - wanted, axis=-1)
-        excess = jnp.maximum(0.0, chord - 2 * np.sin(np.radians(ALLOWED) / 2))
+        # At most the allowed chord counts as that: the root of zero, on target, has no derivative.
+        squares = jnp.sum((first_axis(q) - wanted) ** 2, axis=-1)
+        excess = jnp.sqrt(jnp.maximum(squares, allowed**2)) - allowed
         return jnp.mean(jnp.sum(accelerations**2, axis=-1)) + WEIGHT * jnp.mean(excess**2)
 
     return jax.value_and_grad(value)

@@ -116,8 +116,8 @@ fn is_tensor(object: &Any) -> PyResult<bool> {
 /// The NumPy array that an argument is, or shares its data with.
 ///
 /// # Errors
-/// `TypeError` for arrays that derivatives are taken of, which other functions accept; `InvalidInputError` for items of
-/// different shapes; errors of the library.
+/// `TypeError` for arrays that derivatives are taken of, which other functions accept; `InvalidInputError` where
+/// NumPy raises `ValueError`, as for items of different shapes; errors of the library.
 pub fn as_numpy<'py>(object: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
     let numpy = numpy(object.py())?;
     if !is_native(object) && !object.hasattr("__array__")? && object.hasattr("__dlpack__")? {
@@ -133,12 +133,12 @@ pub fn as_numpy<'py>(object: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
     let array = numpy.call_method1(intern!(object.py(), "asarray"), (resolved,));
     array.map_err(|error| match traced(object, name) {
         Some(message) => PyTypeError::new_err(message),
-        None => unreadable(object.py(), &error, name).unwrap_or(error),
+        None => named_error(object.py(), &error, name).unwrap_or(error),
     })
 }
 
-/// The error for items that are not an array, from NumPy's.
-fn unreadable(py: Python<'_>, error: &PyErr, name: &str) -> Option<PyErr> {
+/// NumPy's `ValueError` with the name of the argument.
+fn named_error(py: Python<'_>, error: &PyErr, name: &str) -> Option<PyErr> {
     if !error.is_instance_of::<PyValueError>(py) {
         return None;
     }

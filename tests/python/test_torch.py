@@ -23,6 +23,8 @@ pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit.script. is deprecated
 SHAPES = [(3, 1), (3, 3), (5, 2), (4, 4), (12, 3)]
 TIMES = np.array([0.1, 0.4, 0.9])
 KNOTS = np.array([0.0, 0.7, 1.6, 2.2])
+# A quarter turn, in whole numbers.
+QUARTER = torch.tensor([[0, -1], [1, 0]])
 
 
 @pytest.fixture(
@@ -237,25 +239,19 @@ def test_second_derivatives_say_that_there_are_none():
 @pytest.mark.parametrize(("n", "k"), [(3, 1), (5, 2), (4, 3), (12, 3)])
 def test_subspaces(n, k, field, rng):
     manifold = Grassmann(n, k, field=field)
-
-    def vector(Y, length=0.6):
-        V = manifold.random_tangent(Y, rng)
-        return length * V / np.linalg.norm(V)
-
-    bases = [manifold.random_point(rng)]
-    while len(bases) < len(KNOTS):
-        bases.append(manifold.exp(bases[-1], vector(bases[-1], 0.5)))
-    Y, Y1, at_start = bases[0], bases[1], [vector(bases[0]) for _ in range(3)]
+    bases = frames(manifold, rng)
+    Y, Y1 = bases[0], bases[1]
+    at_start = [vector(manifold, Y, rng) for _ in range(3)]
     calls = [
         (st.exp, [Y, at_start[0]]),
         (st.log, [Y, Y1]),
-        (st.riemannian_cubic, [Y, at_start[0], Y1, vector(Y1), TIMES]),
+        (st.riemannian_cubic, [Y, at_start[0], Y1, vector(manifold, Y1, rng), TIMES]),
         (st.cubic_initial, [Y, *at_start, TIMES]),
-        (st.cubic_spline, [KNOTS, np.array(bases), TIMES]),
+        (st.cubic_spline, [KNOTS, bases, TIMES]),
     ]
     for function, data in calls:
         check(lambda *given, function=function: function(*given, manifold=manifold), *data)
-    found = st.cubic_spline(KNOTS, np.array(bases), TIMES, manifold=manifold)
+    found = st.cubic_spline(KNOTS, bases, TIMES, manifold=manifold)
     wanted = CubicSpline(KNOTS, bases, manifold=manifold)(TIMES)
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-14)
 
@@ -267,9 +263,6 @@ def default(request):
     torch.set_default_dtype(request.param)
     yield request.param
     torch.set_default_dtype(before)
-
-
-QUARTER = torch.tensor([[0, -1], [1, 0]])
 
 
 @pytest.mark.parametrize("kind", [torch.int64, torch.int8, torch.bool])

@@ -202,7 +202,7 @@ impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
             |scratch, _, LegGroup { leg, progress, .. }| {
                 let orders = match is_last {
                     true => Orders::last(),
-                    false => Orders::along_chain(space, progress.size),
+                    false => Orders::after_in(space, progress.size),
                 };
                 if progress.moved <= still && progress.accuracy <= orders.accuracy {
                     return;
@@ -320,8 +320,8 @@ fn system(d: usize, knots: &Knots<'_>) -> BlockTridiagonal {
     system
 }
 
-/// Number of terms of the derivatives of some legs. If tension lets velocities grow as `e^7` along a leg, four terms are
-/// meaningless.
+/// Number of terms of the derivatives of a leg or a group of legs. If tension lets velocities grow as `e^7` along a leg, four
+/// terms are meaningless.
 #[inline(always)]
 pub(crate) fn terms<T: Field>(space: impl Homogeneous, leg: &SeriesLeg<'_, T>) -> usize {
     match leg.tension {
@@ -331,7 +331,7 @@ pub(crate) fn terms<T: Field>(space: impl Homogeneous, leg: &SeriesLeg<'_, T>) -
     }
 }
 
-/// The largest number of terms of the derivatives of legs.
+/// The largest number of [`terms`] in a chain.
 fn most_terms(space: impl Homogeneous, knots: &Knots<'_>) -> usize {
     match knots.tension == 0.0 {
         false => MORE_TERMS,

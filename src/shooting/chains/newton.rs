@@ -12,9 +12,8 @@ use crate::space::Homogeneous;
 /// residual. With 0.1, splines through 50 to 400 points take 1.1 times as long, with 0.003 1.5 times.
 const FAST: f64 = 0.03;
 
-/// In three rows, equations set up at a larger residual, as at most flat starts, serve for one step. If they are kept as long
-/// as others, splines through 10, 50, 200 and 2000 rotations up to 1.2 rad apart take 1.0, 1.07, 1.01 and 1.1 times as long (with
-/// eight terms in their derivatives).
+/// In three rows, no equations are kept after a step from a larger residual of the chain, which most flat starts have. If they are,
+/// splines through 10, 50, 200 and 2000 rotations up to 1.2 rad apart take FILL times as long.
 const FAR: f64 = 0.5;
 
 /// A step that leaves a larger fraction of the residual is rejected. Shorter steps do not help: with up to six

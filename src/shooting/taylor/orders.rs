@@ -38,10 +38,10 @@ pub(crate) const FINEST: f64 = 1e-14;
 /// splines through 100 to 400 points take 1.1 to 1.3 times as long.
 const SHARE: f64 = 1e-3;
 
-/// The same along a chain in three rows, where terms are cheap. With 1e-3, splines through 10, 50, 200 and 2000 rotations up to
-/// 1.2 rad apart take 1.13, 1.07, 1.01 and 1.31 times as long; with 1e-4 in more rows, splines on St(5,2), Gr(6,3) and
-/// complex St(3,1) 1.04, 1.02 and 1.04 times.
-const SHARE_IN_SPACE: f64 = 1e-4;
+/// The same in chains of points with three rows, where terms are cheap and steps often leave less. With 1e-3, splines through
+/// 10, 50, 200 and 2000 rotations up to 1.2 rad apart take 1.13, 1.07, 1.01 and 1.31 times as long; with 1e-4 in more rows,
+/// splines on St(5,2), Gr(6,3) and complex St(3,1) 1.04, 1.02 and 1.04 times.
+const SHARE_IN_THREE_ROWS: f64 = 1e-4;
 
 impl Orders {
     /// Orders for the first residual.
@@ -61,19 +61,19 @@ impl Orders {
 
     /// Orders after a step that left the given residual.
     pub(crate) fn after(residual: f64) -> Self {
-        Orders::truncated_at(SHARE * residual)
+        Orders::within(SHARE * residual)
     }
 
-    /// The same for the legs of a chain.
-    pub(crate) fn along_chain(space: impl Homogeneous, residual: f64) -> Self {
+    /// The same in a chain between given points.
+    pub(crate) fn after_in(space: impl Homogeneous, residual: f64) -> Self {
         match space.size() {
-            3 => Orders::truncated_at(SHARE_IN_SPACE * residual),
+            3 => Orders::within(SHARE_IN_THREE_ROWS * residual),
             _ => Orders::after(residual),
         }
     }
 
-    fn truncated_at(error: f64) -> Self {
-        Orders::of(error.clamp(FINE, ROUGH))
+    fn within(accuracy: f64) -> Self {
+        Orders::of(accuracy.clamp(FINE, ROUGH))
     }
 
     fn of(accuracy: f64) -> Self {

@@ -13,9 +13,9 @@ use crate::space::{Homogeneous, axis};
 /// up to 1.2 rad apart take ten steps instead of seven; six do not save any.
 pub(crate) const TERMS: usize = 4;
 
-/// The same on `SO(3)`, where terms are cheapest: five, one more for every two radians of the legs' speed, and no more than
-/// twelve. With six for all, splines through 10, 50, 200 and 2000 rotations up to 1.2 rad apart take 0.98, 1.04, 1.01 and
-/// 1.11 times as long.
+/// The same on `SO(3)`, where terms are cheapest, for legs up to a speed: six up to 2 rad, one more for each further 2 rad. With
+/// six at any speed, splines through 10, 50, 200 and 2000 rotations up to 1.2 rad apart take 0.98, 1.04, 1.01 and 1.11
+/// times as long.
 pub(crate) fn terms_of_rotations(speed: f64) -> usize {
     // A speed that is not a number gives the largest number.
     (5.0 + 0.5 * speed)
@@ -23,9 +23,10 @@ pub(crate) fn terms_of_rotations(speed: f64) -> usize {
         .ceil() as usize
 }
 
+/// Largest number of terms on `SO(3)`.
 pub(crate) const MOST_TERMS_OF_ROTATIONS: usize = 12;
 
-/// The same in tension, and for a second derivative with an error of 1e-10 instead of a percent.
+/// Number of terms in tension, and for a second derivative with an error of 1e-10 instead of a percent.
 pub(crate) const MORE_TERMS: usize = 14;
 
 /// A Gauss node on `[-1/2, 1/2]` and its weight, for the integral over the frames.
@@ -381,5 +382,18 @@ impl<T: Field> MiddleVariation<T> {
                 *entry = *entry * *weight;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn terms_of_rotations_grow_with_speed_and_are_bounded() {
+        let terms = [0.0, 2.0, 2.1, 14.0, 100.0, f64::INFINITY, f64::NAN].map(terms_of_rotations);
+        assert_eq!(terms, [5, 6, 7, 12, 12, 12, 12]);
+        // With more, other nodes would be taken.
+        const { assert!(MOST_TERMS_OF_ROTATIONS < MORE_TERMS) };
     }
 }
