@@ -11,6 +11,7 @@ raises. Second derivatives are not available.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -243,6 +244,11 @@ class _OnTorch(Functions[Tensor]):
 
     def identity(self, like: Any) -> Tensor:
         return torch.eye(like.shape[-2], dtype=like.dtype, device="cpu")
+
+    def exact_products(self) -> AbstractContextManager[Any]:
+        # Autocast would multiply in half precision.
+        context: AbstractContextManager[Any] = torch.autocast("cpu", enabled=False)
+        return context
 
 
 _FUNCTIONS: Final = _OnTorch()

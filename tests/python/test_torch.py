@@ -286,3 +286,21 @@ def test_integers_do_not_change_the_precision_of_others(default):
         for frame in (S, S.to(torch.int8), S.to(torch.bool)):
             assert st.exp(frame, V).dtype == wanted
         assert st.exp(V + S, torch.zeros((3, 2), dtype=torch.int64)).dtype == wanted
+
+
+def test_autocast_does_not_lower_the_precision(rng):
+    data = [torch.tensor(x, dtype=torch.float32) for x in near(Stiefel(4, 2), rng)]
+    S0, V0, S1, _ = data
+    times = torch.tensor(TIMES, dtype=torch.float32)
+    calls = [
+        lambda: st.retract(S0, V0),
+        lambda: st.inverse_retract(S0, S1),
+        lambda: st.geometric_cubic(*data, times),
+        lambda: st.riemannian_cubic(*data, times),
+    ]
+    for call in calls:
+        wanted = call()
+        with torch.autocast("cpu", dtype=torch.bfloat16):
+            found = call()
+        assert found.dtype == torch.float32
+        torch.testing.assert_close(found, wanted, rtol=0, atol=0)
