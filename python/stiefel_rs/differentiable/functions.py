@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from itertools import pairwise, zip_longest
 from types import ModuleType
 from typing import Any, Generic, TypeVar
@@ -66,9 +66,9 @@ class Functions(ABC, Generic[T]):
     def identity(self, like: Any) -> Any:
         """Return the identity matrix with the number of rows and the dtype of `like`."""
 
+    @abstractmethod
     def exact_products(self) -> AbstractContextManager[Any]:
         """Return a context in which matrices are multiplied in the precision of their entries."""
-        return nullcontext()
 
     def apply(self, operation: Operation, *arguments: Any) -> Any:
         """Apply an operation to arrays after broadcasting their leading axes."""

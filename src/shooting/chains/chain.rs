@@ -320,8 +320,8 @@ fn system(d: usize, knots: &Knots<'_>) -> BlockTridiagonal {
     system
 }
 
-/// Number of terms of the derivatives of a leg or a group of legs. If tension lets velocities grow as `e^7` along a leg, four
-/// terms are meaningless.
+/// Number of terms of the derivatives of a leg or a group of legs. If tension lets velocities grow as `e^7` along a
+/// leg, four terms are meaningless.
 #[inline(always)]
 pub(crate) fn terms<T: Field>(space: impl Homogeneous, leg: &SeriesLeg<'_, T>) -> usize {
     match leg.tension {

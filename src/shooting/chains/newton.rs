@@ -12,8 +12,9 @@ use crate::space::Homogeneous;
 /// residual. With 0.1, splines through 50 to 400 points take 1.1 times as long, with 0.003 1.5 times.
 const FAST: f64 = 0.03;
 
-/// In three rows, no equations are kept after a step from a larger residual of the chain, which most flat starts have. If
-/// they are, splines through 10, 50, 200 and 2000 rotations up to 1.2 rad apart take 1.0, 1.09, 1.0 and 1.1 times as long.
+/// In three rows, no equations are kept after a step from a larger residual of the chain, which most flat starts have.
+/// If they are, splines through 10, 50, 200 and 2000 rotations up to 1.2 rad apart take 1.0, 1.09, 1.0 and 1.1 times
+/// as long.
 const FAR_IN_THREE_ROWS: f64 = 0.5;
 
 /// A step that leaves a larger fraction of the residual is rejected. Shorter steps do not help: with up to six

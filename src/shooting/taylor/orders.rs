@@ -38,9 +38,10 @@ pub(crate) const FINEST: f64 = 1e-14;
 /// splines through 100 to 400 points take 1.1 to 1.3 times as long.
 const SHARE: f64 = 1e-3;
 
-/// The same in chains of points with three rows, where terms are cheap and steps often leave less. With 1e-3, splines through
-/// 10, 50, 200 and 2000 rotations up to 1.2 rad apart take 1.13, 1.07, 1.01 and 1.27 times as long; with 1e-4 in more rows,
-/// splines on St(5,2), Gr(6,3) and complex St(3,1) 1.04, 1.02 and 1.04 times.
+/// The same in chains of points with three rows, where terms are cheap and steps often leave less. With 1e-3, splines
+/// through 10, 50, 200 and 2000 rotations up to 1.2 rad apart take 1.13, 1.07, 1.01 and 1.27 times as long. With 1e-4
+/// and no equations of far starts kept in more rows too, splines on St(5,2), Gr(6,3) and complex St(3,1) take 1.04,
+/// 1.02 and 1.04 times as long.
 const SHARE_IN_THREE_ROWS: f64 = 1e-4;
 
 impl Orders {

@@ -13,9 +13,9 @@ use crate::space::{Homogeneous, axis};
 /// up to 1.2 rad apart take ten steps instead of seven; six do not save any.
 pub(crate) const TERMS: usize = 4;
 
-/// The same on `SO(3)`, where terms are cheapest, for legs up to a speed: six up to 2 rad, one more for each further 2 rad.
-/// With six at any speed, splines through 10, 50, 200 and 2000 rotations up to 1.2 rad apart take 1.0, 1.04, 1.03 and 1.08
-/// times as long.
+/// The same on `SO(3)`, where terms are cheapest, for legs up to a speed: six up to 2 rad, one more for each further 2
+/// rad. With six at any speed, splines through 10, 50, 200 and 2000 rotations up to 1.2 rad apart take 1.0, 1.04, 1.03
+/// and 1.08 times as long.
 pub(crate) fn terms_of_rotations(speed: f64) -> usize {
     // A speed that is not a number gives the largest number.
     (5.0 + 0.5 * speed)

@@ -1,8 +1,8 @@
 //! Splines through knots that are distant or at very uneven times: the cheapest of several solutions.
 //!
 //! If legs are long or fast, the equations have many solutions, and the one found from the flat spline depends on the
-//! direction in which the knots are passed. The equations are therefore also solved from the results of descents, and the solution of
-//! least cost is returned. Its cost is low, and the same in both directions.
+//! direction in which the knots are passed. The equations are therefore also solved from the results of descents, and
+//! the solution of least cost is returned. Its cost is low, and the same in both directions.
 
 use super::chain::Chain;
 use super::framed::Framed;
@@ -17,11 +17,11 @@ use crate::spline::ends::{Ends, gives_velocity};
 /// below 1.5, the shortest length for which this was observed.
 const FAR: f64 = 1.4;
 
-/// Speed in the time of a leg above which a solution may be far from the cheapest one, though its knots are near: where
-/// lengths of legs differ much. Of 1220 natural and periodic splines through 5 to 100 rotations up to 1.2 apart, with legs
-/// whose lengths differ by up to a factor of 3 to 100, 118 cost up to 6.3 times as much if no others are sought, all but
-/// one of them faster than this. Up to a factor of 3 none is faster than 3.5, also of 10000 legs; the search takes 20 to 28 times as
-/// long as the first solution.
+/// Speed in the time of a leg above which a solution may be far from the cheapest one, though its knots are near:
+/// where lengths of legs differ much. Of 1220 natural and periodic splines through 5 to 100 rotations up to 1.2 apart,
+/// with legs whose lengths differ by up to a factor of 3 to 100, 118 cost up to 6.3 times as much if no others are
+/// sought, all but one of them faster than this. Up to a factor of 3 none is faster than 3.5, also of 10000 legs; the
+/// search takes 20 to 28 times as long as the first solution.
 const FAST: f64 = 5.0;
 
 /// Solutions whose costs differ by a smaller relative amount count as one: the first is kept.
