@@ -15,14 +15,16 @@ from stiefel_rs import jax as differentiable
 
 jax.config.update("jax_enable_x64", True)
 
+# Counts the calls of all tasks: a solution for the same data, of this task or of another one, would be reused.
+_CALLS = itertools.count(1)
+
 
 def task(function: Callable[[Any], Any], data: Any, *, gradient: bool) -> Task:
-    """A compiled value, or value and gradient; every call gets new data, so that results cannot be cached."""
+    """A compiled value, or value and gradient; every call gets new data."""
     compiled = jax.jit(jax.value_and_grad(function) if gradient else function)
-    count = itertools.count(1)
 
     def run() -> Any:
-        return jax.block_until_ready(compiled(data * (1.0 + 1e-12 * next(count))))
+        return jax.block_until_ready(compiled(data * (1.0 + 1e-12 * next(_CALLS))))
 
     return Task(run, result=lambda: run()[1] if gradient else run())
 

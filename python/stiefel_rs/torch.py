@@ -82,7 +82,8 @@ class _Value(torch.autograd.Function):
 
     @staticmethod
     def backward(ctx: Any, *cotangents: Tensor) -> Any:
-        return None, *_Pullback.apply(ctx.operation, *ctx.saved_tensors, cotangents[0])
+        wanted = ctx.needs_input_grad[1:]
+        return None, *_Pullback.apply(ctx.operation, wanted, *ctx.saved_tensors, cotangents[0])
 
     @staticmethod
     def jvp(ctx: Any, _: Any, *tangents: Tensor | None) -> Tensor:
@@ -121,7 +122,8 @@ class _Variation(torch.autograd.Function):
             raise ctx.operation.no_second()
         if cotangents[0] is None:
             return (None,) * (1 + 2 * count)
-        pulled = _Pullback.apply(ctx.operation, *ctx.saved_tensors[:count], cotangents[0])
+        wanted = ctx.needs_input_grad[count + 1 :]
+        pulled = _Pullback.apply(ctx.operation, wanted, *ctx.saved_tensors[:count], cotangents[0])
         return None, *[None] * count, *pulled
 
     @staticmethod
@@ -135,18 +137,18 @@ class _Variation(torch.autograd.Function):
 
 
 class _Pullback(torch.autograd.Function):
-    """The transpose of the derivative of a function."""
+    """The transpose of the derivative of a function, for the arguments whose gradients are wanted."""
 
     @staticmethod
-    def forward(operation: Operation, *tensors: Tensor) -> tuple[Tensor, ...]:
+    def forward(operation: Operation, wanted: Sequence[bool], *tensors: Tensor) -> tuple[Tensor, ...]:
         count = len(operation.arguments)
         *arrays, cotangent = _numpy(tensors)
-        found = operation.pullbacks(arrays, cotangent)
+        found = operation.pullbacks(arrays, cotangent, wanted)
         return tuple(_tensor(x, like) for x, like in zip(found, tensors[:count], strict=True))
 
     @staticmethod
     def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
-        ctx.operation, *tensors = inputs
+        ctx.operation, ctx.wanted, *tensors = inputs
         ctx.save_for_backward(*tensors)
         ctx.save_for_forward(*tensors)
         # None marks inputs that do not move.
@@ -155,20 +157,20 @@ class _Pullback(torch.autograd.Function):
     @staticmethod
     def backward(ctx: Any, *cotangents: Tensor) -> Any:
         count = len(ctx.operation.arguments)
-        if any(ctx.needs_input_grad[1 : count + 1]):
+        if any(ctx.needs_input_grad[2 : count + 2]):
             raise ctx.operation.no_second()
         pairs = zip(ctx.saved_tensors[:count], cotangents, strict=True)
         moves = [torch.zeros_like(x) if move is None else move for x, move in pairs]
         moved = _Variation.apply(ctx.operation, *ctx.saved_tensors[:count], *moves)
-        return None, *[None] * count, moved
+        return None, None, *[None] * count, moved
 
     @staticmethod
-    def jvp(ctx: Any, _: Any, *tangents: Tensor | None) -> Any:
-        return _Pullback.apply(ctx.operation, *_linear_moves(ctx, tangents))
+    def jvp(ctx: Any, _: Any, __: Any, *tangents: Tensor | None) -> Any:
+        return _Pullback.apply(ctx.operation, ctx.wanted, *_linear_moves(ctx, tangents))
 
     @staticmethod
-    def vmap(info: Any, dims: Sequence[Any], operation: Operation, *tensors: Tensor) -> Any:
-        found = _Pullback.apply(operation, *_stacked(info.batch_size, dims[1:], tensors))
+    def vmap(info: Any, dims: Sequence[Any], operation: Operation, wanted: Sequence[bool], *tensors: Tensor) -> Any:
+        found = _Pullback.apply(operation, wanted, *_stacked(info.batch_size, dims[2:], tensors))
         return found, tuple(0 for _ in found)
 
 

@@ -68,4 +68,29 @@ impl Along {
             space.subtract_action(&self.turning[0], w, out);
         }
     }
+
+    /// The transpose of [`add_change`](Along::add_change), from the matrix of the gradient with respect to its result:
+    /// `<[p, x], q> = <p, [x, q]>`.
+    #[inline(always)]
+    pub(crate) fn add_change_transposed(
+        &self,
+        space: impl Homogeneous,
+        f: &[Lanes],
+        z: &mut [Lanes],
+        [by_w, by_a, by_b]: [&mut [Lanes]; 3],
+    ) {
+        let [x, x1, x2] = &self.x;
+        if !space.is_symmetric() {
+            space.add_bracket(x, f, 1.0, by_b);
+            space.add_bracket(f, x2, 1.0, by_w);
+        }
+        if space.isotropy_dim() > 0 {
+            z.fill(Lanes::ZERO);
+            space.add_isotropy_bracket(x, f, 1.0, z);
+            space.subtract_action(z, x, by_a);
+            z.iter_mut().for_each(|z| *z = -*z);
+            space.subtract_action(z, x1, by_w);
+            space.subtract_action(&self.turning[1], f, by_w);
+        }
+    }
 }

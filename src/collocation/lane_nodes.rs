@@ -22,6 +22,8 @@ pub(crate) struct LaneNodes {
     pub(crate) weights: Vec<Lanes>,
     /// For one to three integrals: to all groups of nodes, of the polynomial that is one at a node, node by node.
     columns: [Vec<Lanes>; TIMES],
+    /// The same for the transposed matrices.
+    rows: [Vec<Lanes>; TIMES],
 }
 
 /// Cache, by the number of nodes.
@@ -59,10 +61,16 @@ impl LaneNodes {
                 nodes.at[times + 1][to * count + from]
             })
         };
+        let rows = |times: usize| {
+            by_columns(count, count, |to, from| {
+                nodes.at[times + 1][from * count + to]
+            })
+        };
         LaneNodes {
             s: in_lanes(&nodes.s),
             weights: in_lanes(&nodes.weights),
             columns: std::array::from_fn(columns),
+            rows: std::array::from_fn(rows),
             nodes,
         }
     }
@@ -94,6 +102,18 @@ impl LaneNodes {
         );
     }
 
+    /// Adds the gradient with respect to the values, from the one with respect to repeated integrals from 0 to the nodes.
+    pub(crate) fn add_transposed_integrals(
+        &self,
+        times: usize,
+        integrals: &[Lanes],
+        functions: usize,
+        out: &mut [Lanes],
+    ) {
+        let rows = &self.rows[times - 1];
+        add_polynomials(self.groups(), rows, integrals, functions, out);
+    }
+
     /// Adds repeated integrals from 0 to 1.
     pub(crate) fn add_integrals_to_end(
         &self,
@@ -111,6 +131,24 @@ impl LaneNodes {
                     sum += x * factor;
                 }
                 *out += sum;
+            }
+        }
+    }
+
+    /// Adds the gradient with respect to the values, from the one with respect to repeated integrals from 0 to 1.
+    pub(crate) fn add_transposed_integrals_to_end(
+        &self,
+        times: usize,
+        integrals: &[f64],
+        out: &mut [Lanes],
+    ) {
+        let count = self.count();
+        let row = self.nodes.at[times][count * count..].chunks_exact(LANES);
+        for (factors, out) in row.zip(out.chunks_exact_mut(integrals.len())) {
+            for (x, out) in integrals.iter().zip(out) {
+                for (out, factor) in out.0.iter_mut().zip(factors) {
+                    *out += x * factor;
+                }
             }
         }
     }

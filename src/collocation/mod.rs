@@ -26,6 +26,7 @@ mod expansion;
 mod lane_matrices;
 mod lane_nodes;
 pub(crate) mod linear;
+mod motion;
 
 pub(crate) use boundary::boundary_leg::BoundaryData;
 pub(crate) use boundary::boundary_value::{
@@ -33,5 +34,7 @@ pub(crate) use boundary::boundary_value::{
 };
 pub(crate) use embedded::chain::{EmbeddedChain, Near};
 pub(crate) use embedded::solved_chain::SolvedChain;
+pub(crate) use lane_nodes::LaneNodes;
 pub(crate) use linear::linear_boundary::LinearBoundary;
 pub(crate) use linear::linear_nodes::{are_resolved, linear_nodes, more_nodes};
+pub(crate) use linear::linear_terms::CurveAtNodes;

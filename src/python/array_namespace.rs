@@ -3,11 +3,14 @@
 //! A library is identified by the namespace of its arrays, `__array_namespace__` of the array API standard, and PyTorch, which
 //! has none, by its class. Data pass through NumPy, without a copy if the library shares memory with it.
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::intern;
 use pyo3::types::{PyInt, PyList};
 
 use super::prelude::*;
+
+/// What to do with tensors that derivatives are taken of.
+const TORCH_ADVICE: &str = "use the functions of stiefel_rs.torch, or detach()";
 
 /// The library of the arguments of a call: `None` for NumPy, whose arrays mix with those of any other library.
 #[derive(Default)]
@@ -123,18 +126,45 @@ pub fn as_numpy<'py>(object: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
     if !is_native(object) && !object.hasattr("__array__")? && object.hasattr("__dlpack__")? {
         return numpy.call_method1("from_dlpack", (object,));
     }
-    // Resolves lazy conjugates and signs of PyTorch.
-    let resolved = match !is_native(object) && is_tensor(object)? {
-        true => object
-            .call_method0("resolve_conj")?
-            .call_method0("resolve_neg")?,
-        false => object.clone(),
+    let array = match !is_native(object) && is_tensor(object)? {
+        true => array_of_tensor(object, name),
+        false => numpy.call_method1(intern!(object.py(), "asarray"), (object,)),
     };
-    let array = numpy.call_method1(intern!(object.py(), "asarray"), (resolved,));
     array.map_err(|error| match traced(object, name) {
         Some(message) => PyTypeError::new_err(message),
         None => named_error(object.py(), &error, name).unwrap_or(error),
     })
+}
+
+/// The NumPy array that shares its data with a tensor of PyTorch.
+fn array_of_tensor<'py>(tensor: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
+    let py = tensor.py();
+    let forward = py.import("torch.autograd.forward_ad")?;
+    let dual = forward.call_method1("unpack_dual", (tensor,))?;
+    if !dual.getattr("tangent")?.is_none() {
+        let message = format!("{name}: a tensor with a tangent; {TORCH_ADVICE}");
+        return Err(PyTypeError::new_err(message));
+    }
+    // Resolves lazy conjugates and signs.
+    let resolved = tensor
+        .call_method0("resolve_conj")?
+        .call_method0("resolve_neg")?;
+    let array = numpy(py)?.call_method1(intern!(py, "asarray"), (resolved,));
+    array.map_err(|error| {
+        if !error.is_instance_of::<PyRuntimeError>(py) || tensor_requires_gradient(tensor) {
+            return error;
+        }
+        // Inside of transformations of torch.func, tensors have no data of their own.
+        let message = format!("{name}: a tensor that PyTorch transforms; {TORCH_ADVICE}");
+        let named = PyTypeError::new_err(message);
+        named.set_cause(py, Some(error));
+        named
+    })
+}
+
+fn tensor_requires_gradient(tensor: &Any) -> bool {
+    let flag = tensor.getattr("requires_grad");
+    flag.is_ok_and(|flag| flag.is_truthy().unwrap_or(false))
 }
 
 /// NumPy's `ValueError` with the name of the argument.
@@ -160,11 +190,9 @@ pub fn _as_numpy<'py>(name: &str, object: &Any<'py>) -> PyResult<Any<'py>> {
 
 /// Advice for an array that derivatives are taken of.
 fn traced(object: &Any, name: &str) -> Option<String> {
-    let requires_grad = object.getattr("requires_grad");
-    if requires_grad.is_ok_and(|flag| flag.is_truthy().unwrap_or(false)) {
-        let advice = "use the functions of stiefel_rs.torch, or detach()";
+    if tensor_requires_gradient(object) {
         return Some(format!(
-            "{name}: a tensor that requires a gradient; {advice}"
+            "{name}: a tensor that requires a gradient; {TORCH_ADVICE}"
         ));
     }
     let class = object.get_type().name().ok()?.to_string();

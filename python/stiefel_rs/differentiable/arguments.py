@@ -46,6 +46,11 @@ class Argument(ABC):
     # Whether the numbers may be complex.
     may_be_complex: ClassVar[bool] = True
 
+    @property
+    def depends_on(self) -> int | None:
+        """Number of the argument on which the projection depends, if there is one."""
+        return None
+
     @abstractmethod
     def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
         """Check the shape of the argument without its batch, given the shapes of the arguments before it."""
@@ -219,6 +224,11 @@ class Tangent(Argument):
 
     at: int
 
+    @property
+    def depends_on(self) -> int:
+        """Number of the argument on which the projection depends."""
+        return self.at
+
     def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
         """Check that the vector has the shape of its frame."""
         if shape != before[self.at]:
@@ -255,6 +265,11 @@ class Horizontal(Argument):
     """A tangent vector at the subspace of the basis that is argument number `at`: `V - Y Y^H V`."""
 
     at: int
+
+    @property
+    def depends_on(self) -> int:
+        """Number of the argument on which the projection depends."""
+        return self.at
 
     def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
         """Check that the vector has the shape of its basis."""

@@ -102,7 +102,7 @@ class Operation:
         return self.variation(exact, moved)
 
     def pullbacks(self, raw: Sequence[Any], cotangent: Any, wanted: Sequence[bool] | None = None) -> tuple[Array, ...]:
-        """Evaluate the transpose of the derivative; gradients that are not wanted may be zero."""
+        """Evaluate the transpose of the derivative; gradients that are not wanted are zero."""
         data, cotangents = self._read(raw), self._of_plain(cotangent)
         out = [np.empty_like(x) for x in data]
         for at in self._members(data):
@@ -115,9 +115,14 @@ class Operation:
     def _pullback(self, member: Sequence[Array], cotangent: Array, wanted: Sequence[bool] | None) -> list[Array]:
         exact = self._exact(member)
         pulled = self.gradients(exact, cotangent, wanted)
-        for i in reversed(range(len(pulled))):
-            pulled[i] = self.arguments[i].pullback(member[i], exact, pulled[i], pulled)
-        return pulled
+        for i, argument in reversed(list(enumerate(self.arguments))):
+            # The gradient with respect to a frame has a part of those with respect to vectors there.
+            needed = (i, argument.depends_on)
+            if wanted is None or any(wanted[j] for j in needed if j is not None):
+                pulled[i] = argument.pullback(member[i], exact, pulled[i], pulled)
+        if wanted is None:
+            return pulled
+        return [x if is_wanted else np.zeros_like(x) for x, is_wanted in zip(pulled, wanted, strict=True)]
 
     def gradients(self, data: Sequence[Array], cotangent: Array, wanted: Sequence[bool] | None = None) -> list[Array]:
         """Apply the pullback of one member; gradients that are not wanted are zero if they need additional work."""

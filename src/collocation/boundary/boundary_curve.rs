@@ -8,9 +8,10 @@
 //!
 //! so that third derivatives are first integrals. As integrals of `S'`, they had errors of 1e-9 to 1e-8 at the ends.
 
-use super::boundary_leg::{BoundaryLeg, columns};
+use super::boundary_leg::BoundaryLeg;
 use crate::collocation::embedded::chain::TAIL;
 use crate::collocation::expansion::{EXACT, NodeExpansion, add_cubic};
+use crate::collocation::linear::linear_terms::columns;
 use crate::legs::{Dense, Polynomials};
 use crate::linalg::field::{Field, accumulate};
 use crate::linalg::lanes::{LANES, Lanes};

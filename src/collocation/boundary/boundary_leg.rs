@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use crate::collocation::along::Along;
 use crate::collocation::boundary::lane_frames::LaneFrames;
-use crate::collocation::lane_matrices::{add_product_of_numbers, polar_factor};
+use crate::collocation::lane_matrices::{add_product, add_product_of_numbers, polar_factor};
 use crate::collocation::lane_nodes::LaneNodes;
+use crate::collocation::linear::linear_terms::{InSpan, columns};
+use crate::collocation::motion::{set_motion, solve_flat};
 use crate::linalg::field::{larger, largest};
 use crate::linalg::lanes::Lanes;
 use crate::linalg::simd::vectorised;
@@ -250,6 +252,54 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         most.sqrt()
     }
 
+    /// The residuals, preconditioned.
+    pub(crate) fn flat_step(&self) -> Vec<f64> {
+        let mut out = vec![0.0; (2 + self.nodes.count()) * self.space.dim()];
+        let residual = &self.residual;
+        solve_flat(
+            &self.nodes,
+            &residual.f,
+            &residual.point,
+            &residual.velocity,
+            &mut out,
+        );
+        out
+    }
+
+    /// The unknowns, in the order of steps.
+    pub(crate) fn unknowns(&self) -> Vec<f64> {
+        let f = self.f.iter().flat_map(|f| f.0);
+        self.derivatives.concat().into_iter().chain(f).collect()
+    }
+
+    /// Sets the unknowns to earlier ones plus a fraction of a step.
+    pub(crate) fn set_unknowns(&mut self, before: &[f64], step: &[f64], share: f64) {
+        let all = before.iter().zip(step).map(|(x, step)| x + share * step);
+        let derivatives = self
+            .derivatives
+            .iter_mut()
+            .flat_map(|derivative| derivative.iter_mut());
+        let f = self.f.iter_mut().flat_map(|f| f.0.iter_mut());
+        for (x, now) in derivatives.chain(f).zip(all) {
+            *x = now;
+        }
+    }
+
+    /// The linearised equations at the curve.
+    pub(crate) fn terms(&self) -> InSpan<S, &[Along]> {
+        let r = self.space.size();
+        let back: Vec<Lanes> = (0..r * r)
+            .map(|i| Lanes::splat(self.frames.last[i % r * r + i / r]))
+            .collect();
+        let mut relative = vec![Lanes::ZERO; self.frames.at_nodes.len()];
+        let frames = self.frames.at_nodes.chunks_exact(r * r);
+        for (frame, out) in frames.zip(relative.chunks_exact_mut(r * r)) {
+            add_product(&back, frame, r, out);
+        }
+        relative.extend(back);
+        InSpan::new(self.space, &self.along, relative, &self.wanted)
+    }
+
     /// The same curve on more nodes.
     pub(crate) fn on_nodes(&self, nodes: &Arc<LaneNodes>) -> Self {
         let mut out = Self::new(self.space, self.data, self.derivatives.clone(), nodes);
@@ -261,37 +311,4 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
 
 fn start_of<'a>(data: &'a BoundaryData, [a, b]: &'a [Vec<f64>; 2]) -> [&'a [f64]; 3] {
     [&data.velocities[0], a, b]
-}
-
-/// Number of columns of an element of `m` below the diagonal.
-pub(crate) fn columns(space: impl Homogeneous) -> usize {
-    space.row_len(space.size() - 1)
-}
-
-/// Sets `x, x', x''` at the nodes and at the end, from their values at the start and `x'''` at the nodes.
-pub(crate) fn set_motion(
-    nodes: &LaneNodes,
-    [v, a, b]: [&[f64]; 3],
-    f: &[Lanes],
-    mut x: [&mut [Lanes]; 3],
-    mut last: [&mut [f64]; 3],
-) {
-    let d = v.len();
-    for (group, s) in nodes.s.iter().enumerate() {
-        for p in 0..d {
-            let at = group * d + p;
-            x[0][at] = (*s * (0.5 * b[p]) + Lanes::splat(a[p])) * *s + Lanes::splat(v[p]);
-            x[1][at] = *s * b[p] + Lanes::splat(a[p]);
-            x[2][at] = Lanes::splat(b[p]);
-        }
-    }
-    for p in 0..d {
-        last[0][p] = v[p] + a[p] + 0.5 * b[p];
-        last[1][p] = a[p] + b[p];
-        last[2][p] = b[p];
-    }
-    for (level, (x, last)) in x.iter_mut().zip(&mut last).enumerate() {
-        nodes.add_integrals(3 - level, f, d, x);
-        nodes.add_integrals_to_end(3 - level, f, d, last);
-    }
 }

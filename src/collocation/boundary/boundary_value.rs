@@ -12,9 +12,9 @@ use std::sync::Arc;
 
 use super::boundary_curve::boundary_curve;
 use super::boundary_leg::{BoundaryData, BoundaryLeg};
-use super::boundary_linear::BoundaryLinear;
 use crate::collocation::expansion::EXACT;
 use crate::collocation::lane_nodes::{LaneNodes, MOST, nodes};
+use crate::collocation::linear::linear_operator::{Operator, Way};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::legs::Dense;
@@ -220,12 +220,13 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
         if size <= f64::EPSILON || !size.is_finite() {
             return Ok(false);
         }
-        let mut linear = BoundaryLinear::new(leg);
+        let terms = leg.terms();
+        let mut linear = Operator::new(&terms, &leg.nodes, leg.tension());
         let forcing = larger(FORCING.min(size), SHARE * wanted / size).min(FORCING);
         Gmres::new(step.len()).try_solve(&mut step, forcing, |y, image| {
             self.limits.interrupt.check(SOLVER)?;
             products += 1.0;
-            linear.apply(y, image);
+            linear.apply(y, image, Way::Forward);
             Result::Ok(())
         })?;
         let product = leg.multiplications();

@@ -2,6 +2,5 @@
 
 pub(crate) mod boundary_curve;
 pub(crate) mod boundary_leg;
-pub(crate) mod boundary_linear;
 pub(crate) mod boundary_value;
 pub(crate) mod lane_frames;

@@ -1,16 +1,9 @@
 //! The linearised boundary value problem along a cubic on `[0, 1]`, and its transpose.
 //!
-//! Let `R` map `y = (p, w, a, b)` to the [terms](super::linear_terms) with brackets and tension, and let `G` solve `p' = w`,
-//! `w' = a`, `a' = b`, `b' = 0` with such terms as sources, for `p` and `w` that vanish at both ends. If `y_0` is the cubic
-//! polynomial with given `p` and `w` at the ends, then
-//!
-//! ```math
-//! y = y_0 + G R\,y
-//! ```
-//!
-//! an equation of the second kind with a smoothing kernel. At Gauss nodes it is solved by GMRES, which
-//! converges faster than linearly ([`Operator`]). Functions of `y` have gradients with respect to the data at the ends
-//! through `lambda = gradient + R^T G^T lambda`, at the same cost.
+//! At Gauss nodes it is an equation of the second kind with a smoothing kernel, the one of Newton's method for such problems
+//! ([`Operator`]). GMRES converges faster than linearly; it is repeated for the residual that it has left, until that is
+//! round-off. Functions of the solution have gradients with respect to the data at the ends through the transposed equation,
+//! at the same cost.
 //!
 //! # Source
 //! Atkinson (1997), "The Numerical Solution of Integral Equations of the Second Kind", sec. 3.1 (collocation); Kelley, Xue
@@ -19,47 +12,114 @@
 use std::fmt::{Debug, Formatter};
 use std::sync::Arc;
 
-use super::linear_operator::{Equations, FLAT, Limits, Operator, by_missing};
-use super::linear_terms::{LEVELS, Way, in_row, in_span};
-use crate::curve::nodes::Nodes;
+use super::linear_operator::{Operator, Way};
+use super::linear_terms::{CurveAtNodes, Terms, in_row, in_span};
+use crate::collocation::lane_nodes::LaneNodes;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::field::add;
-use crate::solve::gmres::dot;
+use crate::linalg::field::{add, largest};
+use crate::solve::gmres::{Gmres, norm};
 use crate::space::Shape;
+
+/// Solver named in errors.
+const SOLVER: &str = "linearised boundary value problem";
+
+/// Accuracy of a solution.
+#[derive(Clone, Copy)]
+struct Limits {
+    /// Residual, relative to right-hand side and solution together, at which the iteration ends.
+    wanted: f64,
+    /// Largest residual of a solution, the same after the last pass.
+    allowed: f64,
+}
+
+impl Limits {
+    const FINE: Limits = Limits {
+        wanted: 1e-15,
+        allowed: 2e-14,
+    };
+
+    /// Shows solutions of size [`SUSPECT`]: at conjugate ends the residual stays above the part of the data that no
+    /// variation reaches, which was 1e-4 and more in examples.
+    const ROUGH: Limits = Limits {
+        wanted: 1e-7,
+        allowed: 1e-7,
+    };
+}
+
+/// Reduction of the residual by one pass of GMRES. Directions lose their meaning where the residual
+/// is round-off: a single pass to 1e-15 takes up to forty products instead of about twelve.
+const PASS: f64 = 1e-8;
+
+/// A pass that leaves a larger fraction of the residual is the last one: the rest is round-off.
+const PROGRESS: f64 = 0.1;
+
+/// Maximal number of passes, each for the residual that the previous one has left.
+const MAX_PASSES: usize = 4;
+
+/// Largest solution, relative to the right-hand side: beyond it the ends may be conjugate, which this method cannot
+/// show. In more than [`MANY`] dimensions the series that can show it are expensive, and the limit is larger.
+const SUSPECT: [f64; 2] = [1e2, 1e4];
+const MANY: usize = 64;
+
+/// Largest residual that the first pass may leave: beyond it the curve is too fast for this method. In 13 and 21
+/// dimensions, three passes then leave 6e-8 and 3e-4.
+const SLOW: f64 = 1e-4;
 
 /// The linearised equations at Gauss nodes, for given data at the ends.
 pub(crate) struct LinearBoundary {
-    equations: Equations,
+    terms: Box<dyn Terms>,
+    nodes: Arc<LaneNodes>,
+    tension: f64,
 }
 
 /// A variation for given data at the ends.
 pub(crate) struct BoundaryResponse {
-    /// `p` at the nodes, one row of nodes per coordinate.
+    /// Displacements at the nodes, one node after another.
     pub(crate) displacements: Vec<f64>,
-    /// `a` and `b` at the start.
+    /// Changes of `x'` and `x''` at the start.
     pub(crate) start: [Vec<f64>; 2],
 }
 
 impl Debug for LinearBoundary {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
         let mut fields = formatter.debug_struct("LinearBoundary");
-        fields.field("nodes", &self.equations.nodes.len());
+        fields.field("nodes", &self.nodes.count());
         fields.finish_non_exhaustive()
     }
 }
 
 impl LinearBoundary {
-    /// The equations in the span of a curve, from coordinates of `x, x', x''` at the nodes, one node after another.
-    pub(crate) fn in_span(shape: Shape, nodes: &Arc<Nodes>, x: [&[f64]; 3], tension: f64) -> Self {
-        let equations = Equations::new(nodes, in_span(shape, x, tension));
-        LinearBoundary { equations }
+    /// The equations in the span of a curve, from coordinates of its vectors.
+    pub(crate) fn in_span(
+        shape: Shape,
+        nodes: &Arc<LaneNodes>,
+        curve: CurveAtNodes<'_>,
+        tension: f64,
+    ) -> Self {
+        Self::new(in_span(shape, curve), nodes, tension)
     }
 
-    /// The equations of a row outside the span, from the blocks of `x, x', x''` at the nodes, `omega` before `b`.
-    pub(crate) fn in_row(shape: Shape, nodes: &Arc<Nodes>, x: [&[f64]; 3], tension: f64) -> Self {
-        let equations = Equations::new(nodes, in_row(shape, x, tension));
-        LinearBoundary { equations }
+    /// The equations of a row outside the span, from the blocks of vectors, `omega` before `b`.
+    pub(crate) fn in_row(
+        shape: Shape,
+        nodes: &Arc<LaneNodes>,
+        curve: CurveAtNodes<'_>,
+        tension: f64,
+    ) -> Self {
+        Self::new(in_row(shape, curve), nodes, tension)
+    }
+
+    fn new(terms: Box<dyn Terms>, nodes: &Arc<LaneNodes>, tension: f64) -> Self {
+        LinearBoundary {
+            terms,
+            nodes: Arc::clone(nodes),
+            tension,
+        }
+    }
+
+    fn operator(&self) -> Operator<'_> {
+        Operator::new(&*self.terms, &self.nodes, self.tension)
     }
 
     /// Whether variations are bounded for all data at the ends: otherwise the ends may be conjugate.
@@ -68,17 +128,21 @@ impl LinearBoundary {
     /// `Interrupted`.
     pub(crate) fn is_regular(&self, interrupt: Interrupt<'_>) -> Result<bool> {
         // Irregular data, which no variation that vanishes at the ends leaves out.
-        let d = self.equations.dim();
+        let d = self.terms.dim();
         let ends: Vec<f64> = (0..4 * d).map(|i| (1.0 + 1.7 * i as f64).sin()).collect();
-        let right = self.polynomials(std::array::from_fn(|end| &ends[end * d..][..d]));
-        let limits = Limits::ROUGH;
-        let found =
-            Operator::new(&self.equations).solve(&right, Way::Forward, limits, interrupt)?;
+        let mut operator = self.operator();
+        let right = operator.right_hand_side(std::array::from_fn(|end| &ends[end * d..][..d]));
+        let found = solved(
+            &mut operator,
+            (right, Way::Forward),
+            Limits::ROUGH,
+            interrupt,
+        )?;
         Ok(found.is_some())
     }
 
-    /// The variation with the given `p` and `w` at the start and at the end, in the frames there; `None` if the
-    /// equations are not solved to round-off.
+    /// The variation with the given displacement and change of the velocity at the start and at the end, in the frames
+    /// there; `None` if the equations are not solved to round-off.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -87,135 +151,160 @@ impl LinearBoundary {
         ends: [&[f64]; 4],
         interrupt: Interrupt<'_>,
     ) -> Result<Option<BoundaryResponse>> {
-        let (d, count) = (self.equations.dim(), self.equations.nodes.len());
-        let mut operator = Operator::new(&self.equations);
-        let right = self.polynomials(ends);
-        let Some(mut y) = operator.solve(&right, Way::Forward, Limits::FINE, interrupt)? else {
-            return Ok(None);
-        };
-        operator.set_terms(&y, Way::Forward);
-        let mut derivatives = operator.set_flat();
-        for (p, derivatives) in derivatives.iter_mut().enumerate() {
-            let [u0, w0, u1, w1] = ends.map(|end| end[p]);
-            for (derivative, [point, velocity]) in derivatives.iter_mut().zip(FLAT) {
-                *derivative += point * (u1 - u0 - w0) + velocity * (w1 - w0);
-            }
-        }
-        y.truncate(d * count);
-        Ok(Some(BoundaryResponse {
-            displacements: y,
-            start: [0, 1].map(|i| derivatives.iter().map(|derivative| derivative[i]).collect()),
+        let d = self.terms.dim();
+        let mut operator = self.operator();
+        let right = operator.right_hand_side(ends);
+        let found = solved(
+            &mut operator,
+            (right, Way::Forward),
+            Limits::FINE,
+            interrupt,
+        )?;
+        Ok(found.map(|y| BoundaryResponse {
+            displacements: operator.displacements([ends[0], ends[1]], &y),
+            start: [y[..d].to_vec(), y[d..2 * d].to_vec()],
         }))
     }
 
-    /// The gradient with respect to `p` and `w` at the start and at the end of a function of the variation, from its
-    /// gradient with respect to `p` at the nodes, one row per coordinate, and to `a` and `b` at the start; `None` as for
-    /// [`LinearBoundary::solve`].
+    /// The gradient with respect to displacement and change of the velocity at the start and at the end of a function of the
+    /// variation, from its gradient with respect to displacements at the nodes, one node after another, and to the changes of
+    /// `x'` and `x''` at the start; `None` as for [`LinearBoundary::solve`].
     ///
     /// # Errors
     /// `Interrupted`.
     pub(crate) fn pull_back(
         &self,
         by_displacements: &[f64],
-        [by_a, by_b]: [&[f64]; 2],
+        by_derivatives: [&[f64]; 2],
         interrupt: Interrupt<'_>,
     ) -> Result<Option<[Vec<f64>; 4]>> {
-        let (d, count) = (self.equations.dim(), self.equations.nodes.len());
-        let mut operator = Operator::new(&self.equations);
-        let by_derivatives: Vec<[f64; 2]> = by_a.iter().zip(by_b).map(|(a, b)| [*a, *b]).collect();
-        let mut right = vec![0.0; LEVELS * d * count];
-        if by_derivatives.iter().flatten().any(|x| *x != 0.0) {
-            operator.set_flat_transposed(&right, &by_derivatives);
-            operator.set_terms_of_sources();
-            right.copy_from_slice(&operator.sources);
+        let d = self.terms.dim();
+        let mut operator = self.operator();
+        let (direct, mut right) = operator.displacements_transposed(by_displacements);
+        for (right, by_derivative) in right.chunks_exact_mut(d).zip(by_derivatives) {
+            add(right, 1.0, by_derivative);
         }
-        add(&mut right, 1.0, by_displacements);
-        let Some(lambda) = operator.solve(&right, Way::Transposed, Limits::FINE, interrupt)? else {
+        let way = Way::Transposed;
+        let Some(y) = solved(&mut operator, (right, way), Limits::FINE, interrupt)? else {
             return Ok(None);
         };
-        let basis = self.end_basis();
-        let mut out: [Vec<f64>; 4] = std::array::from_fn(|end| {
-            let by_end = |p: usize| {
-                let levels = basis[end].iter().enumerate();
-                levels
-                    .map(|(level, basis)| dot(&lambda[(level * d + p) * count..], basis))
-                    .sum()
-            };
-            (0..d).map(by_end).collect()
-        });
-        for (p, by_derivatives) in by_derivatives.iter().enumerate() {
-            let [point, velocity] = by_missing(by_derivatives);
-            out[0][p] -= point;
-            out[1][p] -= point + velocity;
-            out[2][p] += point;
-            out[3][p] += velocity;
+        let mut out = operator.right_hand_side_transposed(&y);
+        for (out, direct) in out.iter_mut().zip(&direct) {
+            add(out, 1.0, direct);
         }
         Ok(Some(out))
     }
+}
 
-    /// `y_0`.
-    fn polynomials(&self, ends: [&[f64]; 4]) -> Vec<f64> {
-        let (d, count, basis) = (
-            self.equations.dim(),
-            self.equations.nodes.len(),
-            self.end_basis(),
-        );
-        let mut y = vec![0.0; LEVELS * d * count];
-        for (i, row) in y.chunks_exact_mut(count).enumerate() {
-            for (end, basis) in ends.iter().zip(&basis) {
-                add(row, end[i % d], &basis[i / d]);
-            }
+/// The solution for a right-hand side; `None` if the residual stays above round-off, or if the solution is suspiciously
+/// large.
+///
+/// # Errors
+/// `Interrupted`.
+fn solved(
+    operator: &mut Operator<'_>,
+    (mut right, way): (Vec<f64>, Way),
+    limits: Limits,
+    interrupt: Interrupt<'_>,
+) -> Result<Option<Vec<f64>>> {
+    let size = largest(&right);
+    if size == 0.0 {
+        return Ok(Some(right));
+    }
+    if !size.is_finite() {
+        return Ok(None);
+    }
+    // Squares must neither overflow nor vanish.
+    right.iter_mut().for_each(|x| *x /= size);
+    let suspect = SUSPECT[usize::from(operator.dim() > MANY)];
+    let (mut solution, mut rest) = (vec![0.0; right.len()], right.clone());
+    let mut image = vec![0.0; right.len()];
+    let mut gmres = Gmres::new(right.len());
+    let (before, mut last) = (norm(&right), f64::INFINITY);
+    for _ in 0..MAX_PASSES {
+        gmres.try_solve(&mut rest, limits.wanted.max(PASS), |y, image| {
+            interrupt.check(SOLVER)?;
+            operator.apply(y, image, way);
+            Result::Ok(())
+        })?;
+        add(&mut solution, 1.0, &rest);
+        operator.apply(&solution, &mut image, way);
+        rest.copy_from_slice(&right);
+        add(&mut rest, -1.0, &image);
+        let found = norm(&solution);
+        if found.is_nan() || found > suspect * before {
+            return Ok(None);
         }
-        y
+        let left = norm(&rest) / (found + before);
+        if last.is_infinite() && left > SLOW {
+            return Ok(None);
+        }
+        let is_last = left <= limits.wanted || left > PROGRESS * last;
+        last = left;
+        if is_last {
+            break;
+        }
     }
-
-    /// For each of `p` and `w` at the start and at the end, the cubic polynomial that is one there and zero for the
-    /// others, and its derivatives, at the nodes.
-    fn end_basis(&self) -> [[Vec<f64>; LEVELS]; 4] {
-        // Coefficients from the constant on.
-        const CUBICS: [[f64; 4]; 4] = [
-            [1.0, 0.0, -3.0, 2.0],
-            [0.0, 1.0, -2.0, 1.0],
-            [0.0, 0.0, 3.0, -2.0],
-            [0.0, 0.0, -1.0, 1.0],
-        ];
-        CUBICS.map(|[c0, c1, c2, c3]| {
-            let at = |value: &dyn Fn(f64) -> f64| {
-                self.equations.nodes.s.iter().map(|s| value(*s)).collect()
-            };
-            [
-                at(&|s| c0 + s * (c1 + s * (c2 + s * c3))),
-                at(&|s| c1 + s * (2.0 * c2 + s * 3.0 * c3)),
-                at(&|s| 2.0 * c2 + s * 6.0 * c3),
-                at(&|_| 6.0 * c3),
-            ]
-        })
-    }
+    solution.iter_mut().for_each(|x| *x *= size);
+    Ok((last <= limits.allowed).then_some(solution))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::collocation::linear_nodes;
-    use crate::solve::gmres::norm;
+    use crate::solve::gmres::dot;
     use crate::space::{Homogeneous, Kind, Quotient, in_space};
 
-    /// Coordinates of a curve that is no cubic: the equations are linear along any curve. `zero` entries vanish.
-    fn curve(nodes: &Nodes, size: usize, zero: impl Fn(usize) -> bool) -> [Vec<f64>; 3] {
-        std::array::from_fn(|derivative| {
-            let at = |s: &f64| -> Vec<f64> {
+    /// A curve that is no cubic, with frames that are not its own: the equations are linear for any.
+    struct Curve {
+        x: [Vec<f64>; 3],
+        last: Vec<f64>,
+        frames: Vec<f64>,
+    }
+
+    impl Curve {
+        /// Coordinates or blocks of a given size; `zero` entries vanish.
+        fn new(nodes: &LaneNodes, size: usize, r: usize, zero: impl Fn(usize) -> bool) -> Self {
+            let at = |derivative: usize, s: f64| -> Vec<f64> {
                 let entry = |p: usize| match zero(p) {
                     true => 0.0,
                     false => ((p + 1) as f64 * 0.9 + s + 1.1 * derivative as f64).sin(),
                 };
                 (0..size).map(entry).collect()
             };
-            nodes.s.iter().flat_map(at).collect()
-        })
+            let s = &nodes.nodes.s;
+            Curve {
+                x: std::array::from_fn(|i| s.iter().flat_map(|s| at(i, *s)).collect()),
+                last: at(0, 1.0),
+                frames: s.iter().chain(&[0.0]).flat_map(|s| frame(r, *s)).collect(),
+            }
+        }
+
+        fn view(&self) -> CurveAtNodes<'_> {
+            CurveAtNodes {
+                x: self.x.each_ref().map(Vec::as_slice),
+                last: &self.last,
+                frames: &self.frames,
+            }
+        }
     }
 
-    fn views(x: &[Vec<f64>; 3]) -> [&[f64]; 3] {
-        x.each_ref().map(Vec::as_slice)
+    /// A product of plane rotations, by rows, that is the identity at 1.
+    fn frame(r: usize, s: f64) -> Vec<f64> {
+        let mut g: Vec<f64> = (0..r * r)
+            .map(|at| f64::from(u8::from(at % (r + 1) == 0)))
+            .collect();
+        for i in 1..r {
+            let (sin, cos) = ((1.0 - s) * (0.4 + i as f64).cos()).sin_cos();
+            for row in g.chunks_exact_mut(r) {
+                (row[i - 1], row[i]) = (
+                    cos * row[i - 1] - sin * row[i],
+                    sin * row[i - 1] + cos * row[i],
+                );
+            }
+        }
+        g
     }
 
     fn numbers(count: usize, seed: f64) -> Vec<f64> {
@@ -225,7 +314,7 @@ mod tests {
 
     /// Solves forward and transposed with unrelated numbers; the two must agree.
     fn assert_transposed(equations: &LinearBoundary) {
-        let (d, count) = (equations.equations.dim(), equations.equations.nodes.len());
+        let (d, count) = (equations.terms.dim(), equations.nodes.count());
         let ends = numbers(4 * d, 0.3);
         let parts: [&[f64]; 4] = std::array::from_fn(|end| &ends[end * d..][..d]);
         let found = equations.solve(parts, Interrupt::NEVER).unwrap().unwrap();
@@ -259,12 +348,12 @@ mod tests {
             let nodes = linear_nodes(1.0).unwrap();
             for tension in [0.0, 3.0] {
                 for zero in [0, 2] {
-                    let x = curve(&nodes, d, |p| zero > 0 && p % zero == 0);
-                    let equations = LinearBoundary::in_span(shape, &nodes, views(&x), tension);
+                    let curve = Curve::new(&nodes, d, shape.r, |p| zero > 0 && p % zero == 0);
+                    let equations = LinearBoundary::in_span(shape, &nodes, curve.view(), tension);
                     assert_transposed(&equations);
                 }
-                let x = curve(&nodes, shape.r * shape.k, |_| false);
-                let equations = LinearBoundary::in_row(shape, &nodes, views(&x), tension);
+                let curve = Curve::new(&nodes, shape.r * shape.k, shape.r, |_| false);
+                let equations = LinearBoundary::in_row(shape, &nodes, curve.view(), tension);
                 assert_transposed(&equations);
             }
         }
@@ -278,8 +367,10 @@ mod tests {
             let larger = Shape { r: r + 1, ..shape };
             let nodes = linear_nodes(2.0).unwrap();
             // The blocks, with a skew `omega` that is zero for subspaces.
-            let mut blocks = curve(&nodes, r * k, |_| false);
-            for x in blocks.iter_mut().flat_map(|x| x.chunks_exact_mut(r * k)) {
+            let mut short = Curve::new(&nodes, r * k, r, |_| false);
+            let Curve { x, last, .. } = &mut short;
+            let vectors = x.iter_mut().chain([last]);
+            for x in vectors.flat_map(|x| x.chunks_exact_mut(r * k)) {
                 let b = x.to_vec();
                 for at in 0..k * k {
                     let (i, j) = (at % k, at / k);
@@ -289,12 +380,11 @@ mod tests {
                     };
                 }
             }
-            let row = LinearBoundary::in_row(shape, &nodes, views(&blocks), 0.5);
+            let row = LinearBoundary::in_row(shape, &nodes, short.view(), 0.5);
             let d = in_space!(larger, |space| space.dim());
             let mut places = vec![0; k];
-            let x = blocks.each_ref().map(|x| {
-                let mut all = Vec::new();
-                for x in x.chunks_exact(r * k) {
+            let mut coordinates = |blocks: &[f64]| -> Vec<f64> {
+                let each = blocks.chunks_exact(r * k).flat_map(|x| {
                     let mut coordinates = vec![0.0; d];
                     in_space!(larger, |space| space.each_entry(|p, i, j| {
                         match i.checked_sub(k) {
@@ -305,11 +395,26 @@ mod tests {
                             Some(_) => places[j] = p,
                         }
                     }));
-                    all.extend(coordinates);
-                }
-                all
-            });
-            let whole = LinearBoundary::in_span(larger, &nodes, views(&x), 0.5);
+                    coordinates
+                });
+                each.collect()
+            };
+            let larger_frame = |frame: &[f64]| -> Vec<f64> {
+                let rows = frame.chunks_exact(r);
+                let rows = rows.flat_map(|row| row.iter().copied().chain([0.0]));
+                rows.chain((0..=r).map(|i| f64::from(u8::from(i == r))))
+                    .collect()
+            };
+            let long = Curve {
+                x: short.x.each_ref().map(|x| coordinates(x)),
+                last: coordinates(&short.last),
+                frames: short
+                    .frames
+                    .chunks_exact(r * r)
+                    .flat_map(larger_frame)
+                    .collect(),
+            };
+            let whole = LinearBoundary::in_span(larger, &nodes, long.view(), 0.5);
             let ends = numbers(4 * k, 0.9);
             let short: [&[f64]; 4] = std::array::from_fn(|end| &ends[end * k..][..k]);
             let long = short.map(|end| {
@@ -322,14 +427,14 @@ mod tests {
             let found = row.solve(short, Interrupt::NEVER).unwrap().unwrap();
             let long = long.each_ref().map(Vec::as_slice);
             let expected = whole.solve(long, Interrupt::NEVER).unwrap().unwrap();
-            let count = nodes.len();
-            for (j, place) in places.iter().enumerate() {
-                let [found, expected] = [
-                    &found.displacements[j * count..][..count],
-                    &expected.displacements[place * count..][..count],
-                ];
-                for (x, y) in found.iter().zip(expected) {
-                    assert!((x - y).abs() < 1e-12, "{shape:?}: {x} {y}");
+            let expected = expected.displacements.chunks_exact(d);
+            for (found, expected) in found.displacements.chunks_exact(k).zip(expected) {
+                for (found, place) in found.iter().zip(&places) {
+                    let expected = expected[*place];
+                    assert!(
+                        (found - expected).abs() < 1e-12,
+                        "{shape:?}: {found} {expected}"
+                    );
                 }
             }
         }

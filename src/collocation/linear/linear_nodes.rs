@@ -1,16 +1,12 @@
-//! How many Gauss nodes the linearised equations along a cubic need: a multiple of eight.
+//! How many Gauss nodes the linearised equations along a cubic need.
 
 use std::sync::Arc;
 
-use crate::curve::nodes::Nodes;
-use crate::linalg::lanes::LANES;
+use crate::collocation::lane_nodes::{LaneNodes, MOST};
 
 /// Number of nodes with which to begin for curves at rest, and additional ones for every radian of the largest velocity:
 /// enough for curves of constant speed.
 const NODES: [f64; 2] = [12.0, 2.2];
-
-/// Maximal number of nodes.
-pub(crate) const MOST: usize = 48;
 
 /// Largest Legendre coefficient of the last two degrees of the squared entries of frames, which turn about as fast as
 /// variations do: with those below 3e-11, variations of points were as accurate as with 64 nodes, on rest-to-rest
@@ -19,28 +15,28 @@ pub(crate) const MOST: usize = 48;
 const TAIL: f64 = 1e-12;
 
 /// The nodes with which to begin for a curve with the given largest velocity; `None` if it is too fast.
-pub(crate) fn linear_nodes(speed: f64) -> Option<Arc<Nodes>> {
+pub(crate) fn linear_nodes(speed: f64) -> Option<Arc<LaneNodes>> {
     let wanted = (NODES[0] + NODES[1] * speed).ceil();
     let count = (wanted <= MOST as f64).then_some(wanted as usize)?;
-    Some(Nodes::of(count.next_multiple_of(LANES)))
+    LaneNodes::at_least(count)
 }
 
 /// More nodes; `None` beyond the maximal number.
-pub(crate) fn more_nodes(nodes: &Nodes) -> Option<Arc<Nodes>> {
-    let count = nodes.len() + LANES;
-    (count <= MOST).then(|| Nodes::of(count))
+pub(crate) fn more_nodes(nodes: &LaneNodes) -> Option<Arc<LaneNodes>> {
+    LaneNodes::at_least(nodes.count() + 1)
 }
 
 /// Whether functions with the given values at the nodes, one row of values per node, are resolved as far as variations
 /// need.
-pub(crate) fn are_resolved(nodes: &Nodes, values: &[f64]) -> bool {
-    let count = nodes.len();
+pub(crate) fn are_resolved(nodes: &LaneNodes, values: &[f64]) -> bool {
+    let count = nodes.count();
     let width = values.len() / count;
     let mut tail = vec![0.0; 2 * width];
     for (node, row) in values.chunks_exact(width).enumerate() {
         for (degree, sums) in tail.chunks_exact_mut(width).enumerate() {
+            let factor = nodes.nodes.tail[degree * count + node];
             for (sum, value) in sums.iter_mut().zip(row) {
-                *sum += nodes.tail[degree * count + node] * value;
+                *sum += factor * value;
             }
         }
     }

@@ -1,332 +1,285 @@
-//! The operator `1 - G R` of the [linearised boundary value problem](super::linear_boundary) and its transpose, and their
-//! equations by GMRES.
+//! The linearised equations of a cubic between given ends, preconditioned by those of flat space, and their transpose.
 //!
-//! In the units `1, 2, 6, 12` for `p, w, a, b` (and their reciprocals for the transpose) the parts of a solution are about
-//! equally large, so that a small residual means a small error of each. The method is repeated for the residual that it has
-//! left, until that is round-off.
-//!
-//! # Source
-//! Saad, Schultz (1986), "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems",
-//! SIAM J. Sci. Stat. Comput. 7, 856-869; Kelley, Xue (1996), "GMRES and integral operators", SIAM J. Sci. Comput. 17,
-//! 217-226.
+//! The changes `a, b` of `x', x''` at the start and `phi` of `x'''` at the nodes change `x, x', x''` by `w, w', w''`, and
+//! displace the end by `zeta`, as [`Terms`] says. The linearised equations are `phi` minus the derivative of the right-hand
+//! side, `zeta_m` for the point, and `w(1) + [zeta_h, x]` for the velocity. Of flat space they are those of polynomials, and
+//! their solution is written down; the rest is a smoothing operator, so that GMRES takes few products.
 
-use std::sync::Arc;
-
-use super::linear_nodes::MOST;
-use super::linear_terms::{LEVELS, Terms, Way};
-use crate::curve::nodes::Nodes;
-use crate::error::Result;
-use crate::interrupt::Interrupt;
-use crate::linalg::field::{add, largest};
+use super::linear_terms::Terms;
+use crate::collocation::lane_nodes::LaneNodes;
+use crate::collocation::motion::{flat_transposed, motion_transposed, set_motion, solve_flat};
 use crate::linalg::lanes::{LANES, Lanes};
-use crate::linalg::simd::vectorised;
-use crate::solve::gmres::{Gmres, dot, norm};
 
-/// Solver named in errors.
-const SOLVER: &str = "linearised boundary value problem";
-
-/// Accuracy of a solution.
-#[derive(Clone, Copy)]
-pub(crate) struct Limits {
-    /// Residual, relative to right-hand side and solution together, at which the iteration ends.
-    wanted: f64,
-    /// Largest residual of a solution, the same after the last pass.
-    allowed: f64,
+/// Selects an operator or its transpose.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Way {
+    Forward,
+    Transposed,
 }
 
-impl Limits {
-    pub(crate) const FINE: Limits = Limits {
-        wanted: 1e-15,
-        allowed: 2e-14,
-    };
-
-    /// Shows solutions of size [`SUSPECT`]: at conjugate ends the residual stays above the part of the data that no
-    /// variation reaches, which was 1e-4 and more in examples.
-    pub(crate) const ROUGH: Limits = Limits {
-        wanted: 1e-7,
-        allowed: 1e-7,
-    };
-}
-
-/// Reduction of the residual by one pass of GMRES. Directions lose their meaning where the residual
-/// is round-off: a single pass to 1e-15 takes up to forty products instead of about twelve.
-const PASS: f64 = 1e-8;
-
-/// A pass that leaves a larger fraction of the residual is the last one: the rest is round-off.
-const PROGRESS: f64 = 0.1;
-
-/// Units of `p, w, a, b` in which residuals are measured: the derivatives of cubic polynomials are that much larger.
-const UNITS: [f64; LEVELS] = [1.0, 2.0, 6.0, 12.0];
-
-/// Maximal number of passes, each for the residual that the previous one has left.
-const MAX_PASSES: usize = 4;
-
-/// Largest solution, relative to the right-hand side: beyond it the ends may be conjugate, which this method cannot
-/// show. In more than [`MANY`] dimensions the series that can show it are expensive, and the limit is larger.
-const SUSPECT: [f64; 2] = [1e2, 1e4];
-const MANY: usize = 64;
-
-/// Largest residual that the first pass may leave: beyond it the curve is too fast for this method. In 13 and 21
-/// dimensions, three passes then leave 6e-8 and 3e-4.
-const SLOW: f64 = 1e-4;
-
-/// The changes of `x'` and `x''` at the start that move the end of a curve of flat space by one unit in the point and
-/// in the velocity.
-pub(crate) const FLAT: [[f64; 2]; 2] = [[6.0, -2.0], [-12.0, 6.0]];
-
-/// The gradient with respect to the missing point and velocity, from the one with respect to the changes of `x'` and
-/// `x''` at the start that supply them.
-pub(crate) fn by_missing(by_derivatives: &[f64; 2]) -> [f64; 2] {
-    [0, 1].map(|part| FLAT[0][part] * by_derivatives[0] + FLAT[1][part] * by_derivatives[1])
-}
-
-/// The terms and the integrals from which the operator is built.
-pub(crate) struct Equations {
-    pub(crate) nodes: Arc<Nodes>,
-    /// Integrals from 0 to the nodes of values at the nodes: rows for the values, and rows for the integrals.
-    by_value: Vec<f64>,
-    by_integral: Vec<f64>,
-    terms: Box<dyn Terms>,
-}
-
-impl Equations {
-    pub(crate) fn new(nodes: &Arc<Nodes>, terms: Box<dyn Terms>) -> Self {
-        let count = nodes.len();
-        let by_integral = nodes.at[1][..count * count].to_vec();
-        let by_value = (0..count * count).map(|i| by_integral[i % count * count + i / count]);
-        Equations {
-            by_value: by_value.collect(),
-            by_integral,
-            nodes: Arc::clone(nodes),
-            terms,
-        }
-    }
-
-    /// Number of coordinates of each of `p, w, a, b`.
-    pub(crate) fn dim(&self) -> usize {
-        self.terms.dim()
-    }
-}
-
-/// The operator `1 - G R` and its transpose, with buffers.
+/// The operator, with buffers.
 pub(crate) struct Operator<'a> {
-    of: &'a Equations,
-    /// Terms as sources, one row of nodes per coordinate, `p` before `w, a, b`.
-    pub(crate) sources: Vec<f64>,
-    /// The same at eight nodes, before and after.
-    here: [Vec<Lanes>; 2],
+    terms: &'a dyn Terms,
+    nodes: &'a LaneNodes,
+    tension: f64,
+    /// `phi`, what the equations make of it, and `w, w', w''` at the nodes.
+    f: Vec<Lanes>,
+    image: Vec<Lanes>,
+    x: [Vec<Lanes>; 3],
+    /// The sum of what is transported to the end.
+    sum: Vec<Lanes>,
     buffer: Vec<Lanes>,
-    rows: [Vec<f64>; LEVELS],
+}
+
+/// Gradients with respect to the data and the unknowns.
+struct Transposed {
+    /// With respect to the displacement of the start.
+    point: Vec<f64>,
+    /// With respect to `x, x', x''` at the start; the one with respect to `x'''` is in a buffer.
+    start: [Vec<f64>; 3],
 }
 
 impl<'a> Operator<'a> {
-    pub(crate) fn new(of: &'a Equations) -> Self {
-        let (size, count) = (LEVELS * of.dim(), of.nodes.len());
+    pub(crate) fn new(terms: &'a dyn Terms, nodes: &'a LaneNodes, tension: f64) -> Self {
+        let size = terms.dim() * nodes.groups();
+        let zeros = |count: usize| vec![Lanes::ZERO; count];
         Operator {
-            of,
-            sources: vec![0.0; size * count],
-            here: std::array::from_fn(|_| vec![Lanes::ZERO; size]),
-            buffer: vec![Lanes::ZERO; of.terms.buffer()],
-            rows: std::array::from_fn(|_| vec![0.0; count]),
+            terms,
+            nodes,
+            tension,
+            f: zeros(size),
+            image: zeros(size),
+            x: std::array::from_fn(|_| zeros(size)),
+            sum: zeros(terms.transported()),
+            buffer: zeros(terms.buffer()),
         }
     }
 
-    /// The solution for a right-hand side; `None` if the residual stays above round-off, or if the solution is
-    /// suspiciously large.
-    pub(crate) fn solve(
-        &mut self,
-        right: &[f64],
-        way: Way,
-        limits: Limits,
-        interrupt: Interrupt<'_>,
-    ) -> Result<Option<Vec<f64>>> {
-        let size = largest(right);
-        if size == 0.0 {
-            return Ok(Some(right.to_vec()));
-        }
-        if !size.is_finite() {
-            return Ok(None);
-        }
-        // Squares must neither overflow nor vanish.
-        let mut right: Vec<f64> = right.iter().map(|x| x / size).collect();
-        self.rescale(&mut right, way.inverse());
-        let suspect = SUSPECT[usize::from(self.of.dim() > MANY)];
-        let (mut solution, mut rest) = (vec![0.0; right.len()], right.clone());
-        let mut image = vec![0.0; right.len()];
-        let mut gmres = Gmres::new(right.len());
-        let (before, mut last) = (norm(&right), f64::INFINITY);
-        for _ in 0..MAX_PASSES {
-            gmres.try_solve(&mut rest, limits.wanted.max(PASS), |y, image| {
-                interrupt.check(SOLVER)?;
-                self.apply(y, image, way);
-                Result::Ok(())
-            })?;
-            add(&mut solution, 1.0, &rest);
-            self.apply(&solution, &mut image, way);
-            rest.copy_from_slice(&right);
-            add(&mut rest, -1.0, &image);
-            let found = norm(&solution);
-            if found.is_nan() || found > suspect * before {
-                return Ok(None);
-            }
-            let left = norm(&rest) / (found + before);
-            if last.is_infinite() && left > SLOW {
-                return Ok(None);
-            }
-            if left <= limits.wanted || left > PROGRESS * last {
-                last = left;
-                break;
-            }
-            last = left;
-        }
-        self.rescale(&mut solution, way);
-        solution.iter_mut().for_each(|x| *x *= size);
-        Ok((last <= limits.allowed).then_some(solution))
+    /// Number of coordinates of a vector.
+    pub(crate) fn dim(&self) -> usize {
+        self.terms.dim()
     }
 
-    /// The operator on vectors in their [`UNITS`].
-    fn apply(&mut self, y: &[f64], image: &mut [f64], way: Way) {
-        image.copy_from_slice(y);
-        self.rescale(image, way);
+    /// Number of unknowns: `a, b`, then `phi` by groups of nodes.
+    fn size(&self) -> usize {
+        (2 + self.nodes.count()) * self.terms.dim()
+    }
+
+    /// The linearised equations or their transpose, preconditioned.
+    pub(crate) fn apply(&mut self, y: &[f64], out: &mut [f64], way: Way) {
+        let d = self.terms.dim();
         match way {
             Way::Forward => {
-                self.set_terms(image, way);
-                self.set_flat();
+                let zero = vec![0.0; d];
+                let [point, velocity] = self.respond([&zero, &zero], y);
+                solve_flat(self.nodes, &self.image, &point, &velocity, out);
             }
             Way::Transposed => {
-                self.set_flat_transposed(image, &[]);
-                self.set_terms_of_sources();
-            }
-        }
-        image.copy_from_slice(&self.sources);
-        self.rescale(image, way.inverse());
-        for (image, y) in image.iter_mut().zip(y) {
-            *image = y - *image;
-        }
-    }
-
-    /// Converts from units: `p, w, a, b` forward, their duals transposed.
-    fn rescale(&self, y: &mut [f64], way: Way) {
-        let size = self.of.dim() * self.of.nodes.len();
-        for (level, unit) in y.chunks_exact_mut(size).zip(UNITS) {
-            let factor = match way {
-                Way::Forward => unit,
-                Way::Transposed => unit.recip(),
-            };
-            level.iter_mut().for_each(|x| *x *= factor);
-        }
-    }
-
-    /// Sets the sources to `R y` or `R^T y`.
-    pub(crate) fn set_terms(&mut self, y: &[f64], way: Way) {
-        let Operator {
-            of,
-            sources,
-            here: [before, after],
-            buffer,
-            ..
-        } = self;
-        let count = of.nodes.len();
-        for group in 0..count / LANES {
-            let at = group * LANES;
-            for (x, row) in before.iter_mut().zip(y.chunks_exact(count)) {
-                x.0.copy_from_slice(&row[at..][..LANES]);
-            }
-            of.terms.set(group, way, before, buffer, after);
-            for (x, row) in after.iter().zip(sources.chunks_exact_mut(count)) {
-                row[at..][..LANES].copy_from_slice(&x.0);
+                let by_ends = flat_transposed(self.nodes, d, y, &mut self.f);
+                let Transposed { start, .. } = self.transposed(&by_ends);
+                let [_, a, b] = &start;
+                out[..d].copy_from_slice(a);
+                out[d..2 * d].copy_from_slice(b);
+                write_numbers(&self.image, &mut out[2 * d..]);
             }
         }
     }
 
-    /// Replaces the sources by `R^T` of them.
-    pub(crate) fn set_terms_of_sources(&mut self) {
-        // Every group reads its nodes before it writes them.
-        let sources = self.sources.clone();
-        self.set_terms(&sources, Way::Transposed);
+    /// The preconditioned right-hand side for the displacement `u` and the change `w` of the velocity at the start and at
+    /// the end.
+    pub(crate) fn right_hand_side(&mut self, [u0, w0, u1, w1]: [&[f64]; 4]) -> Vec<f64> {
+        let [point, velocity] = self.respond([u0, w0], &vec![0.0; self.size()]);
+        let missing = |wanted: &[f64], found: &[f64]| -> Vec<f64> {
+            wanted.iter().zip(found).map(|(x, y)| x - y).collect()
+        };
+        let (point, velocity) = (missing(u1, &point), missing(w1, &velocity));
+        self.image.iter_mut().for_each(|x| *x = -*x);
+        let mut out = vec![0.0; self.size()];
+        solve_flat(self.nodes, &self.image, &point, &velocity, &mut out);
+        out
     }
 
-    /// Replaces the sources by `G` of them; returns `a` and `b` at the start, for every coordinate.
-    pub(crate) fn set_flat(&mut self) -> Vec<[f64; 2]> {
-        let Operator {
-            of, sources, rows, ..
-        } = self;
-        let (s, weights, count) = (&of.nodes.s, &of.nodes.weights, of.nodes.len());
-        let d = of.dim();
-        let mut all = vec![[0.0; 2]; d];
-        vectorised(
-            #[inline(always)]
-            || {
-                for (coordinate, derivatives) in all.iter_mut().enumerate() {
-                    let at = |level: usize| (level * d + coordinate) * count;
-                    // From `b` to `p`: integrals of a source and of the integral before.
-                    let mut at_end = [0.0; LEVELS];
-                    for level in (0..LEVELS).rev() {
-                        let (lower, upper) = rows.split_at_mut(level + 1);
-                        let row = &mut lower[level];
-                        row.copy_from_slice(&sources[at(level)..][..count]);
-                        if let Some(upper) = upper.first() {
-                            add(row, 1.0, upper);
-                        }
-                        at_end[level] = dot(row, weights);
-                        integrate(&of.by_value, row);
-                    }
-                    *derivatives =
-                        FLAT.map(|[point, velocity]| -point * at_end[0] - velocity * at_end[1]);
-                    let [a, b] = *derivatives;
-                    for (i, s) in s.iter().enumerate() {
-                        sources[at(0) + i] = rows[0][i] + (0.5 * a + s * b / 6.0) * s * s;
-                        sources[at(1) + i] = rows[1][i] + (a + 0.5 * s * b) * s;
-                        sources[at(2) + i] = rows[2][i] + a + s * b;
-                        sources[at(3) + i] = rows[3][i] + b;
-                    }
+    /// The gradient with respect to `(u_0, w_0, u_1, w_1)` of a function of the solution, from the solution of the transposed
+    /// equations.
+    pub(crate) fn right_hand_side_transposed(&mut self, y: &[f64]) -> [Vec<f64>; 4] {
+        let by_ends = flat_transposed(self.nodes, self.terms.dim(), y, &mut self.f);
+        let Transposed { mut point, start } = self.transposed(&by_ends);
+        let [mut velocity, ..] = start;
+        for x in point.iter_mut().chain(&mut velocity) {
+            *x = -*x;
+        }
+        let [by_point, by_velocity] = by_ends;
+        [point, velocity, by_point, by_velocity]
+    }
+
+    /// The displacements at the nodes, one node after another, by that of the start and the change of the velocity there.
+    pub(crate) fn displacements(&mut self, start: [&[f64]; 2], y: &[f64]) -> Vec<f64> {
+        let (terms, d, size) = (self.terms, self.terms.dim(), self.terms.transported());
+        self.set_vectors(start[1], y);
+        let groups = self.nodes.groups();
+        let mut rates = vec![Lanes::ZERO; groups * size];
+        for (group, rate) in rates.chunks_exact_mut(size).enumerate() {
+            let w = &self.x[0][group * d..][..d];
+            terms.add_transported(group, (Lanes::ONE, w), &mut self.buffer, rate);
+            terms.complete(rate);
+        }
+        let first = self.transported_start(start[0]);
+        let mut moved: Vec<Lanes> = first.iter().copied().cycle().take(rates.len()).collect();
+        self.nodes.add_integrals(1, &rates, size, &mut moved);
+        let mut out = vec![0.0; self.nodes.count() * d];
+        let mut found = vec![Lanes::ZERO; d];
+        for (group, z) in moved.chunks_exact(size).enumerate() {
+            found.fill(Lanes::ZERO);
+            terms.add_projected(group, (Lanes::ONE, z), &mut self.buffer, &mut found);
+            let at_nodes = out.chunks_exact_mut(d).skip(group * LANES);
+            for (lane, out) in at_nodes.take(LANES).enumerate() {
+                for (out, x) in out.iter_mut().zip(&found) {
+                    *out = x.0[lane];
                 }
-            },
-        );
-        all
+            }
+        }
+        out
     }
 
-    /// Sets the sources to `G^T y`, plus the transpose of the map to `a` and `b` at the start, if gradients with respect
-    /// to these are given.
-    pub(crate) fn set_flat_transposed(&mut self, y: &[f64], by_start: &[[f64; 2]]) {
-        let Operator {
-            of, sources, rows, ..
-        } = self;
-        let (s, weights, count) = (&of.nodes.s, &of.nodes.weights, of.nodes.len());
-        let d = of.dim();
-        vectorised(
-            #[inline(always)]
-            || {
-                for coordinate in 0..d {
-                    let at = |level: usize| (level * d + coordinate) * count;
-                    let [p, w, a, b] = [0, 1, 2, 3].map(|level| &y[at(level)..][..count]);
-                    let mut by_derivatives = by_start.get(coordinate).copied().unwrap_or_default();
-                    for (i, s) in s.iter().enumerate() {
-                        by_derivatives[0] += a[i] + s * (w[i] + 0.5 * s * p[i]);
-                        by_derivatives[1] += b[i] + s * (a[i] + 0.5 * s * (w[i] + s * p[i] / 3.0));
-                    }
-                    let [by_point, by_velocity] = by_missing(&by_derivatives);
-                    let by_end = [-by_point, -by_velocity, 0.0, 0.0];
-                    let row = &mut rows[0];
-                    row.fill(0.0);
-                    for (level, by_level) in [p, w, a, b].into_iter().enumerate() {
-                        add(row, 1.0, by_level);
-                        integrate(&of.by_integral, row);
-                        add(row, by_end[level], weights);
-                        sources[at(level)..][..count].copy_from_slice(row);
-                    }
-                }
-            },
-        );
+    /// The transpose of [`displacements`](Operator::displacements): the gradients with respect to the start and to `y`.
+    pub(crate) fn displacements_transposed(
+        &mut self,
+        by_displacements: &[f64],
+    ) -> ([Vec<f64>; 2], Vec<f64>) {
+        let (terms, d, size) = (self.terms, self.terms.dim(), self.terms.transported());
+        let groups = self.nodes.groups();
+        let mut loads = vec![Lanes::ZERO; groups * size];
+        let mut gradient = vec![Lanes::ZERO; d];
+        for (group, load) in loads.chunks_exact_mut(size).enumerate() {
+            let at_nodes = &by_displacements[group * LANES * d..];
+            for (p, x) in gradient.iter_mut().enumerate() {
+                *x = Lanes(std::array::from_fn(|lane| at_nodes[lane * d + p]));
+            }
+            terms.add_transported(group, (Lanes::ONE, &gradient), &mut self.buffer, load);
+            terms.complete(load);
+        }
+        let mut total = vec![0.0; size];
+        for load in loads.chunks_exact(size) {
+            for (total, x) in total.iter_mut().zip(load) {
+                *total += x.0.iter().sum::<f64>();
+            }
+        }
+        let mut rates = vec![Lanes::ZERO; groups * size];
+        self.nodes
+            .add_transposed_integrals(1, &loads, size, &mut rates);
+        self.x.iter_mut().for_each(|x| x.fill(Lanes::ZERO));
+        for (group, rate) in rates.chunks_exact(size).enumerate() {
+            let out = &mut self.x[0][group * d..][..d];
+            terms.add_projected(group, (Lanes::ONE, rate), &mut self.buffer, out);
+        }
+        self.image.fill(Lanes::ZERO);
+        let x = self.x.each_ref().map(Vec::as_slice);
+        let [w, a, b] = motion_transposed(self.nodes, x, &vec![0.0; d], &mut self.image);
+        let mut y = [a, b, vec![0.0; self.nodes.count() * d]].concat();
+        write_numbers(&self.image, &mut y[2 * d..]);
+        ([self.projected_to_start(&total), w], y)
+    }
+
+    /// Sets the equations for `u` and `w` at the start and the unknowns; returns the displacement of the end and the change
+    /// of its velocity.
+    fn respond(&mut self, [u, w]: [&[f64]; 2], y: &[f64]) -> [Vec<f64>; 2] {
+        let (terms, d) = (self.terms, self.terms.dim());
+        let mut velocity = self.set_vectors(w, y);
+        self.sum.fill(Lanes::ZERO);
+        for group in 0..self.nodes.groups() {
+            let at = group * d;
+            let x = self.x.each_ref().map(|x| &x[at..][..d]);
+            let change = &mut self.image[at..][..d];
+            change.fill(Lanes::ZERO);
+            terms.add_change(group, x, &mut self.buffer, change);
+            for ((change, f), x1) in change.iter_mut().zip(&self.f[at..]).zip(x[1]) {
+                *change = *f - (*change + *x1 * self.tension);
+            }
+            let weighted = (self.nodes.weights[group], x[0]);
+            terms.add_transported(group, weighted, &mut self.buffer, &mut self.sum);
+        }
+        terms.complete(&mut self.sum);
+        let mut z: Vec<f64> = self.sum.iter().map(|x| x.0.iter().sum()).collect();
+        if u.iter().any(|x| *x != 0.0) {
+            for (z, first) in z.iter_mut().zip(self.transported_start(u)) {
+                *z += first.0[0];
+            }
+        }
+        [terms.arrive(&z, &mut velocity), velocity]
+    }
+
+    /// The transpose of `respond`, from the gradients with respect to the equations, in `f`, and to the end; the gradient with
+    /// respect to `phi` is left in `image`.
+    fn transposed(&mut self, [by_point, by_velocity]: &[Vec<f64>; 2]) -> Transposed {
+        let (terms, d) = (self.terms, self.terms.dim());
+        let z = terms.arrive_transposed(by_point, by_velocity);
+        let arrived: Vec<Lanes> = z.iter().map(|x| Lanes::splat(*x)).collect();
+        for group in 0..self.nodes.groups() {
+            let at = group * d;
+            let f = &self.f[at..][..d];
+            let [w, a, b] = self.x.each_mut().map(|x| &mut x[at..][..d]);
+            for x in [&mut *w, &mut *a, &mut *b] {
+                x.fill(Lanes::ZERO);
+            }
+            terms.add_change_transposed(group, f, &mut self.buffer, [&mut *w, &mut *a, &mut *b]);
+            for (a, f) in a.iter_mut().zip(f) {
+                *a += *f * self.tension;
+            }
+            for x in w.iter_mut().chain(a).chain(b) {
+                *x = -*x;
+            }
+            let weighted = (self.nodes.weights[group], arrived.as_slice());
+            terms.add_projected(group, weighted, &mut self.buffer, w);
+        }
+        self.image.copy_from_slice(&self.f);
+        let x = self.x.each_ref().map(Vec::as_slice);
+        let start = motion_transposed(self.nodes, x, by_velocity, &mut self.image);
+        Transposed {
+            point: self.projected_to_start(&z),
+            start,
+        }
+    }
+
+    /// Sets `phi` and `w, w', w''` at the nodes; returns `w` at the end.
+    fn set_vectors(&mut self, first: &[f64], y: &[f64]) -> Vec<f64> {
+        let d = first.len();
+        let (a, rest) = y.split_at(d);
+        let (b, phi) = rest.split_at(d);
+        for (lanes, numbers) in self.f.iter_mut().zip(phi.chunks_exact(LANES)) {
+            lanes.0.copy_from_slice(numbers);
+        }
+        let mut last: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; d]);
+        let x = self.x.each_mut().map(Vec::as_mut_slice);
+        let at_end = last.each_mut().map(Vec::as_mut_slice);
+        set_motion(self.nodes, [first, a, b], &self.f, x, at_end);
+        let [velocity, ..] = last;
+        velocity
+    }
+
+    /// The displacement of the start, transported to the end; the same in all lanes.
+    fn transported_start(&mut self, u: &[f64]) -> Vec<Lanes> {
+        let u: Vec<Lanes> = u.iter().map(|x| Lanes::splat(*x)).collect();
+        let mut out = vec![Lanes::ZERO; self.terms.transported()];
+        let last = self.nodes.groups();
+        self.terms
+            .add_transported(last, (Lanes::ONE, &u), &mut self.buffer, &mut out);
+        self.terms.complete(&mut out);
+        out
+    }
+
+    /// Its transpose.
+    fn projected_to_start(&mut self, z: &[f64]) -> Vec<f64> {
+        let z: Vec<Lanes> = z.iter().map(|x| Lanes::splat(*x)).collect();
+        let mut out = vec![Lanes::ZERO; self.terms.dim()];
+        let last = self.nodes.groups();
+        self.terms
+            .add_projected(last, (Lanes::ONE, &z), &mut self.buffer, &mut out);
+        out.iter().map(|x| x.0[0]).collect()
     }
 }
 
-/// Replaces a row by the sum of the rows of a matrix times its entries.
-#[inline(always)]
-fn integrate(matrix: &[f64], row: &mut [f64]) {
-    let mut sums = [0.0; MOST];
-    for (x, integrals) in row.iter().zip(matrix.chunks_exact(row.len())) {
-        add(&mut sums, *x, integrals);
+fn write_numbers(lanes: &[Lanes], out: &mut [f64]) {
+    for (out, lanes) in out.chunks_exact_mut(LANES).zip(lanes) {
+        out.copy_from_slice(&lanes.0);
     }
-    row.copy_from_slice(&sums[..row.len()]);
 }

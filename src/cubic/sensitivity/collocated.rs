@@ -7,7 +7,9 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::linear_flow::{LinearFlow, side_by_side};
-use crate::collocation::{LinearBoundary, are_resolved, linear_nodes, more_nodes};
+use crate::collocation::{
+    CurveAtNodes, LaneNodes, LinearBoundary, are_resolved, linear_nodes, more_nodes,
+};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Horizontal;
 use crate::cubic::taylor::march::Accuracy;
@@ -80,26 +82,37 @@ impl Collocated {
         let Some((nodes, x, frames)) = resolved(taylor) else {
             return Ok(None);
         };
-        let back = taylor.first.frame();
+        let end = taylor.first.frame().transpose() * taylor.last.frame();
         let size = taylor.r() * blocks.k;
-        let coordinates = x.each_ref().map(|x| {
-            let mut all = vec![0.0; nodes.len() * blocks.dim()];
-            let vectors = x.chunks_exact(size);
-            for (x, out) in vectors.zip(all.chunks_exact_mut(blocks.dim())) {
+        let packed = |vectors: &[f64]| {
+            let mut all = vec![0.0; vectors.len() / size * blocks.dim()];
+            let each = vectors.chunks_exact(size);
+            for (x, out) in each.zip(all.chunks_exact_mut(blocks.dim())) {
                 pack_blocks(blocks, x, out);
             }
             all
-        });
-        let views = coordinates.each_ref().map(Vec::as_slice);
+        };
+        let [last, ..] = vectors_at(taylor, &[1.0]);
+        let (coordinates, last_coordinates) = (x.each_ref().map(|x| packed(x)), packed(&last));
+        let relative = relative_to(&end, &frames);
+        let in_span = CurveAtNodes {
+            x: coordinates.each_ref().map(Vec::as_slice),
+            last: &last_coordinates,
+            frames: &relative,
+        };
         let (shape, tension) = (blocks.shape(), flow.data.tension);
-        let inside = LinearBoundary::in_span(shape, &nodes, views, tension);
+        let inside = LinearBoundary::in_span(shape, &nodes, in_span, tension);
         if !inside.is_regular(interrupt)? {
             return Ok(None);
         }
         let rows = match flow.has_rows() {
             true => {
-                let views = x.each_ref().map(Vec::as_slice);
-                let equations = LinearBoundary::in_row(shape, &nodes, views, tension);
+                let in_blocks = CurveAtNodes {
+                    x: x.each_ref().map(Vec::as_slice),
+                    last: &last,
+                    frames: &relative,
+                };
+                let equations = LinearBoundary::in_row(shape, &nodes, in_blocks, tension);
                 match RowResponse::of(&equations, blocks.k, interrupt)? {
                     None => return Ok(None),
                     found => found,
@@ -108,9 +121,9 @@ impl Collocated {
             false => None,
         };
         Ok(Some(Collocated {
-            through: Barycentric::new(&nodes),
+            through: Barycentric::new(&nodes.nodes),
             frames,
-            end: &flow.frame * (back.transpose() * taylor.last.frame()),
+            end: &flow.frame * end,
             inside,
             rows,
         }))
@@ -136,9 +149,9 @@ impl Collocated {
         };
         let (count, size) = (self.frames.len(), (blocks.m + blocks.k) * blocks.k);
         let mut inside = Mat::zeros(size, count);
-        for (node, frame) in self.frames.iter().enumerate() {
-            let at = found.displacements.iter().skip(node).step_by(count);
-            let [p] = unpack(&at.copied().collect::<Vec<f64>>(), blocks);
+        let displacements = found.displacements.chunks_exact(blocks.dim());
+        for (node, (frame, p)) in self.frames.iter().zip(displacements).enumerate() {
+            let [p] = unpack(p, blocks);
             let displaced = frame * p.tangent();
             let entries = displaced.col_iter().flat_map(|column| column.iter());
             for (to, x) in inside.col_mut(node).iter_mut().zip(entries) {
@@ -207,14 +220,10 @@ impl Collocated {
     ) -> Result<Option<EndVariation>> {
         let (blocks, count) = (flow.blocks(), self.frames.len());
         let loads = self.loads(flow, times, cotangents);
-        let mut by_displacements = vec![0.0; blocks.dim() * count];
-        for (node, frame) in self.frames.iter().enumerate() {
-            let low = frame.transpose() * (flow.frame.transpose() * &loads[node + 1]);
-            let by_node = pack_gradient(blocks, |i, j| low[(i, j)]);
-            let row = by_displacements[node..].iter_mut().step_by(count);
-            for (to, x) in row.zip(by_node) {
-                *to = x;
-            }
+        let mut by_displacements = Vec::with_capacity(blocks.dim() * count);
+        for (frame, load) in self.frames.iter().zip(&loads[1..]) {
+            let low = frame.transpose() * (flow.frame.transpose() * load);
+            by_displacements.extend(pack_gradient(blocks, |i, j| low[(i, j)]));
         }
         let by_derivatives = [0, 1].map(|i| match by_start {
             Some(by_start) => {
@@ -296,7 +305,7 @@ impl RowResponse {
         }
         let count = columns[0].displacements.len() / k;
         let at_node = |node: usize| {
-            let entry = |i: usize, j: usize| columns[j].displacements[i * count + node];
+            let entry = |i: usize, j: usize| columns[j].displacements[node * k + i];
             Mat::from_fn(k, 4 * k, entry)
         };
         Ok(Some(RowResponse {
@@ -344,7 +353,7 @@ fn integrate(flow: &LinearFlow, interrupt: Interrupt<'_>) -> Result<PiecewiseTay
 }
 
 /// A curve at nodes: blocks of `x, x', x''`, one node after another, and frames.
-type AtNodes = (Arc<Nodes>, [Vec<f64>; 3], Vec<Mat<f64>>);
+type AtNodes = (Arc<LaneNodes>, [Vec<f64>; 3], Vec<Mat<f64>>);
 
 /// The curve at as many nodes as its variations need; `None` for a fast curve. Tension `tau` lets variations grow as
 /// `exp(sqrt(tau) t)`.
@@ -352,18 +361,18 @@ fn resolved(taylor: &PiecewiseTaylor) -> Option<AtNodes> {
     let growth = taylor.tension().sqrt();
     let mut nodes = linear_nodes(growth)?;
     loop {
-        let x = vectors_at(taylor, &nodes.s);
+        let x = vectors_at(taylor, &nodes.nodes.s);
         let size = taylor.r() * taylor.blocks.k;
         let squares = x[0]
             .chunks_exact(size)
             .map(|x| square(x, taylor.blocks.k.pow(2)));
         let speed = squares.fold(0.0, larger).sqrt();
         let needed = linear_nodes(larger(speed, growth))?;
-        if needed.len() > nodes.len() {
+        if needed.count() > nodes.count() {
             nodes = needed;
             continue;
         }
-        let frames = frames(taylor, &nodes, &x[0]);
+        let frames = frames(taylor, &nodes.nodes, &x[0]);
         let columns = frames.iter().flat_map(|frame| frame.col_iter());
         let squares = columns.flat_map(|column| column.iter().map(|x| x * x));
         if are_resolved(&nodes, &squares.collect::<Vec<f64>>()) {
@@ -371,6 +380,21 @@ fn resolved(taylor: &PiecewiseTaylor) -> Option<AtNodes> {
         }
         nodes = more_nodes(&nodes)?;
     }
+}
+
+/// Frames, and at last the one at the start, relative to the one at the end, by rows.
+fn relative_to(end: &Mat<f64>, frames: &[Mat<f64>]) -> Vec<f64> {
+    let back = end.transpose();
+    let mut all = Vec::with_capacity((frames.len() + 1) * back.nrows().pow(2));
+    let mut push = |frame: MatRef<'_, f64>| {
+        let rows = frame.row_iter();
+        all.extend(rows.flat_map(|row| row.iter().copied()));
+    };
+    frames
+        .iter()
+        .for_each(|frame| push((back * frame).as_ref()));
+    push(back);
+    all
 }
 
 fn vectors_at(taylor: &PiecewiseTaylor, times: &[f64]) -> [Vec<f64>; 3] {
