@@ -16,12 +16,13 @@
 
 use faer::{Mat, MatRef};
 
+use super::field::larger;
 use super::orthogonal_log::inverse_dexp;
 use super::product::mul_into;
 use super::skew_schur::apply_ad_function;
 use super::structure::{check_finite, check_range, check_shape};
 use super::{OrthogonalLog, SkewSchur, skew_exp};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// The derivative of the exponential at a skew matrix; all shapes `(m, m)`.
 ///
@@ -96,7 +97,7 @@ impl SkewExpDifferential {
 /// ```
 ///
 /// It is finite for all angles below `pi`; if two of them approach `pi` together, it grows as the inverse of the
-/// difference of their sum from `2 pi`.
+/// difference of their sum from `2 pi`, and is refused next to it.
 ///
 /// # Examples
 /// ```
@@ -119,13 +120,19 @@ impl OrthogonalLogDifferential {
     /// The derivative at a rotation.
     ///
     /// # Errors
-    /// As [`orthogonal_log`](super::orthogonal_log()).
+    /// As [`orthogonal_log`](super::orthogonal_log()); `ConjugateEnds` if the logarithm is not smooth, to 1e-11.
     pub fn new(q: MatRef<'_, f64>) -> Result<Self> {
         let m = super::structure::check_square("Q", q)?;
         let mut value = Mat::zeros(m, m);
         OrthogonalLog::new(m).checked_into(value.as_mut(), q)?;
         let mut schur = SkewSchur::new(m);
         schur.compute(value.as_ref())?;
+        let mut largest = [0.0; 2];
+        for angle in schur.angles() {
+            let [first, second] = largest;
+            largest = [larger(first, *angle), larger(second, first.min(*angle))];
+        }
+        check_smooth(largest[0] + largest[1])?;
         Ok(OrthogonalLogDifferential {
             schur,
             rotation: q.to_owned(),
@@ -160,6 +167,26 @@ impl OrthogonalLogDifferential {
         check(&self.rotation, "W", w)?;
         let turned = function_of_ad(&self.schur, skew_part(w), |x| conjugate(inverse_dexp(x)));
         finite(&self.rotation * turned)
+    }
+}
+
+/// Smallest singular value of the derivative of the exponential, whose largest is 1, at which that of the logarithm is
+/// accurate to a few digits.
+const SINGULAR: f64 = 1e-11;
+
+/// Checks that exponentials are smoothly invertible where the largest difference of two eigenvalues is `i x`.
+///
+/// # Errors
+/// `ConjugateEnds`.
+pub(super) fn check_smooth(x: f64) -> Result<()> {
+    let (re, im) = dexp(x);
+    let smallest = re.hypot(im);
+    match smallest < SINGULAR {
+        true => Err(Error::ConjugateEnds {
+            smallest,
+            largest: 1.0,
+        }),
+        false => Ok(()),
     }
 }
 

@@ -4,10 +4,13 @@
 //! at `i (theta_a - theta_b)`. In the embedding into rotations there would also be sums of angles, which are singular where
 //! two angles approach `pi`, though nothing complex is.
 
+use std::f64::consts::PI;
+
 use faer::{Mat, MatRef, c64};
 
 use super::UnitaryLog;
 use super::decomp::SymmetricEigen;
+use super::differential::check_smooth;
 use super::orthogonal_log::inverse_dexp;
 use super::structure::{check_finite_entries, check_shape, check_square};
 use crate::error::{Error, Result};
@@ -18,8 +21,8 @@ use crate::error::{Error, Result};
 /// D\log_Q[F] = \frac{\mathrm{ad}_L}{1 - e^{-\mathrm{ad}_L}}\, Q^H F,\qquad L = \log Q
 /// ```
 ///
-/// It grows as the inverse of the distance of a difference of two angles from `2 pi`: of an angle near `pi` from one near
-/// `-pi`. Source: see Higham (2008), "Functions of Matrices", sec. 10.2. Cost `O(m^3)`.
+/// It grows as the inverse of the distance of a difference of two angles from `2 pi`, of an angle near `pi` from one near
+/// `-pi`, and is refused next to it. Source: see Higham (2008), "Functions of Matrices", sec. 10.2. Cost `O(m^3)`.
 ///
 /// # Examples
 /// ```
@@ -42,7 +45,7 @@ impl UnitaryLogDifferential {
     /// The derivative at a unitary matrix.
     ///
     /// # Errors
-    /// As [`unitary_log`](super::unitary_log()).
+    /// As [`unitary_log`](super::unitary_log()); `ConjugateEnds` if the logarithm is not smooth, to 1e-11.
     pub fn new(q: MatRef<'_, c64>) -> Result<Self> {
         let m = check_square("Q", q)?;
         let mut log = Mat::zeros(m, m);
@@ -51,10 +54,14 @@ impl UnitaryLogDifferential {
         let hermitian = Mat::from_fn(m, m, |i, j| c64::new(log[(i, j)].im, -log[(i, j)].re));
         let mut eigen = SymmetricEigen::new(m);
         eigen.compute(hermitian.as_ref())?;
+        let angles: Vec<f64> = (0..m).map(|a| eigen.value(a)).collect();
+        let smallest = angles.iter().copied().fold(PI, f64::min);
+        let largest = angles.iter().copied().fold(-PI, f64::max);
+        check_smooth((largest - smallest).max(0.0))?;
         Ok(UnitaryLogDifferential {
             matrix: q.to_owned(),
             basis: eigen.vectors().to_owned(),
-            angles: (0..m).map(|a| eigen.value(a)).collect(),
+            angles,
         })
     }
 
@@ -121,8 +128,6 @@ fn finite(matrix: Mat<c64>) -> Result<Mat<c64>> {
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
-
     use super::*;
     use crate::linalg::complex_embedding::{embed, nearest};
     use crate::linalg::{SkewExpDifferential, unitary_log};

@@ -7,7 +7,14 @@ jax = pytest.importorskip("jax")
 
 from jax.test_util import check_grads  # noqa: E402
 
-from stiefel_rs import CubicSpline, Grassmann, InvalidInputError, RiemannianCubic, Stiefel  # noqa: E402
+from stiefel_rs import (  # noqa: E402
+    CubicSpline,
+    Grassmann,
+    InvalidInputError,
+    OutsideDomainError,
+    RiemannianCubic,
+    Stiefel,
+)
 from stiefel_rs import jax as sj  # noqa: E402
 from stiefel_rs.differentiable import subspaces, turning  # noqa: E402
 
@@ -155,6 +162,23 @@ def test_logarithm_next_to_a_right_angle():
     np.testing.assert_allclose(moved, [[0.0], [1.0], [0.0]], rtol=0, atol=1e-7)
     across = forward(subspaces.LOG, [Y0, Y1], [0 * Y0, np.array([[0.0], [0.0], [1.0]])])
     np.testing.assert_allclose(across, [[0.0], [0.0], [theta / np.sin(theta)]], rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize(("n", "k", "field"), [(4, 2, "real"), (5, 3, "real"), (2, 1, "complex"), (4, 2, "complex")])
+def test_logarithm_of_conjugate_subspaces_has_no_derivative(n, k, field):
+    def pair(gap):
+        theta = np.pi / 2 - gap
+        Y0, Y1 = np.eye(n, k), np.eye(n, k)
+        for i in range(min(k, n - k)):
+            Y1[[i, k + i], i] = np.cos(theta), np.sin(theta)
+        return [Y.astype(complex) if field == "complex" else Y for Y in (Y0, Y1)]
+
+    w = np.ones((n, k))
+    for gradient in reverse(subspaces.LOG, pair(1e-9), w):
+        assert np.isfinite(gradient).all()
+    with pytest.raises(OutsideDomainError, match=r"principal angles add up to 3\.14159.*not differentiable") as caught:
+        reverse(subspaces.LOG, pair(1e-13), w)
+    assert caught.value.angle == pytest.approx(np.pi / 2)
 
 
 def test_logarithm_undoes_the_exponential(manifold, rng):

@@ -15,7 +15,15 @@ import jax.numpy as jnp  # noqa: E402
 from jax.test_util import check_grads  # noqa: E402
 
 import stiefel_rs  # noqa: E402
-from stiefel_rs import CubicSpline, GeometricCubic, InvalidInputError, RiemannianCubic, RotationSpline, Stiefel  # noqa: E402
+from stiefel_rs import (  # noqa: E402
+    CubicSpline,
+    GeometricCubic,
+    Grassmann,
+    InvalidInputError,
+    RiemannianCubic,
+    RotationSpline,
+    Stiefel,
+)
 from stiefel_rs import jax as sj  # noqa: E402
 from stiefel_rs.differentiable import cubics, solved, splines  # noqa: E402
 from stiefel_rs.differentiable.arguments import Plain  # noqa: E402
@@ -160,6 +168,38 @@ def test_splines_of_rotations(rng, bc_type):
         t = np.array([[0.0, 0.7], [1.3, 2.2]])
         found = sj.rotation_spline(KNOTS, q, t, bc_type)
         np.testing.assert_allclose(found, RotationSpline(KNOTS, q, bc_type)(t), rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("kind", ["frames", "subspaces", "complex subspaces", "rotations"])
+def test_closed_splines_move_with_the_mean_of_both_ends(kind, rng):
+    t = np.array([0.2, 1.0, 2.1])
+    if kind == "rotations":
+        points, others = quaternions(rng), lambda points: np.concatenate([points[:-1], -3.0 * points[:1]])
+
+        def spline(points):
+            return sj.rotation_spline(KNOTS, points, t, "periodic")
+    else:
+        field = "complex" if "complex" in kind else "real"
+        manifold = Grassmann(5, 2, field=field) if "subspaces" in kind else Stiefel(5, 2)
+        points, others = frames(manifold, rng), lambda points: np.concatenate([points[:-1], points[:1]])
+
+        def spline(points):
+            return sj.cubic_spline(KNOTS, points, t, "periodic", manifold=manifold)
+
+    data = others(points)
+    moves = [rng.normal(size=data.shape) + (1j * rng.normal(size=data.shape) if "complex" in kind else 0.0)]
+    # The same direction, with both ends moved alike.
+    ends = moves[0][0], moves[0][-1] / (-3.0 if kind == "rotations" else 1.0)
+    mean = 0.5 * (ends[0] + ends[1])
+    moves.append(np.concatenate([mean[None], moves[0][1:-1], others(mean[None].repeat(2, axis=0))[1:]]))
+    found, alike = (jax.jvp(spline, (data,), (move.astype(data.dtype),))[1] for move in moves)
+    if "subspaces" not in kind:
+        np.testing.assert_allclose(found, alike, rtol=0, atol=1e-12)
+    weights = np.cos(np.arange(found.size)).reshape(found.shape)
+    value, pull_back = jax.vjp(spline, data)
+    (gradient,) = pull_back(weights.astype(value.dtype))
+    forward, back = np.sum(weights * found), np.sum(gradient * moves[0])
+    assert complex(back).real == pytest.approx(complex(forward).real, abs=1e-11)
 
 
 def cotangents(function, *arguments):
@@ -389,18 +429,6 @@ for i in range(6):
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system does not bind programs to cores")
 def test_compiled_functions_do_not_wait_for_themselves():
     subprocess.run([sys.executable, "-c", ON_ONE_CORE], check=True, timeout=HANGS)
-
-
-def test_conjugate_ends_raise():
-    # Antipodes on the sphere, along a great circle from which others branch off.
-    S0, S1 = np.array([[0.0], [0.0], [1.0]]), np.array([[0.0], [0.0], [-1.0]])
-    with pytest.raises(stiefel_rs.OutsideDomainError, match="pi"):
-        cotangents(sj.log, S0, S1)
-    # Near that point the logarithm still exists, but rotates by a radian when the end moves by 1e-12.
-    near_to_it = np.array([[np.sin(1e-12)], [0.0], [-np.cos(1e-12)]])
-    assert np.isfinite(sj.log(S0, near_to_it)).all()
-    with pytest.raises(stiefel_rs.OutsideDomainError, match="conjugate along the curve"):
-        cotangents(sj.log, S0, near_to_it)
 
 
 def test_second_derivatives_say_that_there_are_none(rng):

@@ -1,4 +1,4 @@
-"""Arguments of the functions for JAX: dtypes, knots, leading axes, and which member of a batch is refused."""
+"""Arguments of the functions for JAX: dtypes, knots, leading axes, refused members, and where no derivative exists."""
 
 import numpy as np
 import pytest
@@ -181,3 +181,41 @@ def test_compiled_functions_repeat_the_message(rng):
         # JaxRuntimeError is a RuntimeError.
         with pytest.raises((RuntimeError, ValueError), match=r"S: columns are not orthonormal, .* by 0\.1, more than"):
             compiled(scale * point).block_until_ready()
+
+
+def gradients(function, *arguments):
+    value, pull_back = jax.vjp(function, *arguments)
+    return pull_back(jnp.cos(jnp.arange(value.size, dtype=value.dtype)).reshape(value.shape))
+
+
+def test_conjugate_ends_raise():
+    jax.config.update("jax_enable_x64", True)
+    # Antipodes on the sphere, along a great circle from which others branch off.
+    S0, S1 = np.array([[0.0], [0.0], [1.0]]), np.array([[0.0], [0.0], [-1.0]])
+    with pytest.raises(OutsideDomainError, match="pi"):
+        gradients(sj.log, S0, S1)
+    # Near that point the logarithm still exists, but rotates by a radian when the end moves by 1e-12.
+    near_to_it = np.array([[np.sin(1e-12)], [0.0], [-np.cos(1e-12)]])
+    assert np.isfinite(sj.log(S0, near_to_it)).all()
+    with pytest.raises(OutsideDomainError, match="conjugate along the curve"):
+        gradients(sj.log, S0, near_to_it)
+
+
+@pytest.mark.parametrize("function", [sj.orthogonal_log, lambda Q: sj.inverse_retract(np.eye(4), Q)])
+@pytest.mark.parametrize("field", ["real", "complex"])
+def test_several_half_turns_have_a_derivative_up_to_a_distance(function, field):
+    """Two angles next to pi, or one next to pi and one next to -pi: the logarithm is not smooth beside them."""
+    jax.config.update("jax_enable_x64", True)
+    turns = (1.0, 1.0) if field == "real" else (1.0, -1.0)
+
+    def rotation(gap):
+        angles = [turn * (np.pi - gap) for turn in turns]
+        if field == "complex":
+            return np.diag(np.exp(1j * np.array([*angles, 0.3, 0.0])))
+        blocks = [[[np.cos(x), -np.sin(x)], [np.sin(x), np.cos(x)]] for x in angles]
+        return np.block([[np.array(blocks[0]), np.zeros((2, 2))], [np.zeros((2, 2)), np.array(blocks[1])]])
+
+    for gradient in gradients(function, rotation(1e-9)):
+        assert np.isfinite(gradient).all()
+    with pytest.raises(OutsideDomainError, match=r"conjugate along the curve.*e-1[2-5]"):
+        gradients(function, rotation(1e-13))

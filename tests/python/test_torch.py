@@ -5,6 +5,8 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="not installed: PyTorch; make test-torch installs it")
 
+from torch.autograd import forward_ad  # noqa: E402
+
 import stiefel_rs  # noqa: E402
 from stiefel_rs import (  # noqa: E402
     CubicSpline,
@@ -198,6 +200,18 @@ def test_methods_take_tensors(rng):
         assert manifold.norm(S.detach(), V).device.type == "cpu"
     finally:
         torch.set_default_device(None)
+
+
+def test_functions_of_numpy_refuse_tensors_that_are_differentiated():
+    A = torch.tensor([[0.0, -0.3], [0.3, 0.0]], dtype=torch.float64)
+    advice = r"^A: a tensor .*; use the functions of stiefel_rs\.torch, or detach\(\)$"
+    with forward_ad.dual_level():
+        with pytest.raises(TypeError, match=advice):
+            stiefel_rs.skew_exp(forward_ad.make_dual(A, A))
+        assert isinstance(stiefel_rs.skew_exp(A), torch.Tensor)
+    for transform in (torch.func.grad, torch.func.vmap):
+        with pytest.raises(TypeError, match=advice):
+            transform(lambda A: torch.as_tensor(stiefel_rs.skew_exp(A)).sum())(A)
 
 
 def test_another_default_device():

@@ -22,7 +22,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._core import Grassmann
+from ..errors import OutsideDomainError
 from .arguments import Array, skew_part, transposed
+
+# Distance of the root of a curvature from pi at which gradients are accurate to a few digits.
+SINGULAR = 1e-11
 
 # A factor for each of three kinds of coordinates, as a function of the roots.
 Factor = Callable[[Array], Array]
@@ -95,6 +99,19 @@ class Geodesic:
         roots = rows - columns[:, :m], rows + columns[:, :m]
         inside[:, :m] = 0.5 * sum(part * factor(root) for part, root in zip(both, roots, strict=True))
         return Vector(inside, coordinates.outside * factor(columns))
+
+    def check_smooth(self) -> None:
+        """Check that the logarithm is differentiable at the end: where two angles add up to pi, it is not."""
+        # One angle counts twice where the skew part of a number may differ from zero.
+        is_complex = self.end.dtype.kind == "c"
+        largest = np.sort(self._angles)[::-1][: 1 if is_complex else 2]
+        total = float(largest.sum()) * (2 if is_complex else 1)
+        if total >= np.pi - SINGULAR:
+            raise OutsideDomainError(
+                f"the subspaces are conjugate: principal angles add up to {total:.17f} (pi to 1e-11), and the "
+                "logarithm is not differentiable",
+                float(largest[-1]),
+            )
 
     def turn(self, at_start: Vector, change: Vector) -> Array:
         """Return by how much a Jacobi field with that start and first derivative turns the basis at the end."""
@@ -195,4 +212,5 @@ def _between(y0: Array, y1: Array) -> tuple[Array, Geodesic, Array]:
     """Return the velocity, the geodesic, and the turn from the basis that it reaches to `y1`."""
     v = manifold_of(y0).log(y0, y1)
     geodesic = Geodesic(y0, v)
+    geodesic.check_smooth()
     return v, geodesic, transposed(geodesic.end) @ y1

@@ -31,6 +31,17 @@ def _along(curve: CubicSpline, t: Array) -> Array:
     return curve(t, 1)
 
 
+def closed(moves: Array, turn: Array | None = None) -> Array:
+    """Replace moves of the first and the last point of a closed curve by their mean; symmetric.
+
+    ``turn`` is from the first basis to the last one of the same point.
+    """
+    last = moves[-1] if turn is None else moves[-1] @ transposed(turn)
+    mean = 0.5 * (moves[0] + last)
+    found: Array = np.concatenate([mean[None], moves[1:-1], (mean if turn is None else mean @ turn)[None]])
+    return found
+
+
 def check_bc_type(bc_type: object) -> None:
     """Check that the ends are of a kind without vectors."""
     if not isinstance(bc_type, str) or bc_type not in _BC_TYPES:
@@ -55,18 +66,21 @@ def _cubic_spline(bc_type: BcType) -> Operation:
         lambda knots, points: CubicSpline(knots, points, bc_type),
         lambda _, points: len(points) * numbers_of_piece(*core_shape(points)),
     )
+    is_closed = bc_type == "periodic"
 
     def value(knots: Array, points: Array, t: Array) -> Array:
         return solved((knots, points))(t)
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
         curve, t = solved(data[:2]), data[2]
-        moved: Array = curve.point_variation(t, moves[1], moves[0]) + _along(curve, t) * moves[2][:, None, None]
+        shifts = closed(moves[1]) if is_closed else moves[1]
+        moved: Array = curve.point_variation(t, shifts, moves[0]) + _along(curve, t) * moves[2][:, None, None]
         return moved
 
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Gradient]:
         curve, t = solved(data[:2]), data[2]
         by_points, by_knots, _ = curve.point_pullback(t, w)
+        by_points = closed(by_points) if is_closed else by_points
         return by_knots, by_points, lambda: inner_products(_along(curve, t), w)
 
     return Operation(
@@ -90,6 +104,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
         lambda knots, q: RotationSpline(knots, q, bc_type, extrapolate=False),
         lambda _, q: len(q) * numbers_of_piece(3, 3),
     )
+    is_closed = bc_type == "periodic"
 
     def value(knots: Array, q: Array, t: Array) -> Array:
         found: Array = solved((knots, q))(t)
@@ -99,7 +114,9 @@ def _rotation_spline(bc_type: BcType) -> Operation:
         knots, q, t = data
         spline, points = solved((knots, q)), _matrices(unit(q))
         turned: Array = spline(t)
-        moved = spline.curve.point_variation(t, points @ _hat(_turns(q, moves[1])), moves[0])
+        turns = _turns(q, moves[1])
+        turns = closed(turns) if is_closed else turns
+        moved = spline.curve.point_variation(t, points @ _hat(turns), moves[0])
         rates = _vee(transposed(_matrices(turned)) @ moved) + spline(t, 1) * moves[2][:, None]
         change: Array = _turned(turned, rates)
         return change
@@ -113,6 +130,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
         by_points, by_knots, _ = spline.curve.point_pullback(t, _matrices(turned) @ _hat(0.5 * rates))
         inner = transposed(points) @ by_points
         by_turns = _vee(inner - transposed(inner))
+        by_turns = closed(by_turns) if is_closed else by_turns
         return by_knots, _turns_back(q, by_turns), lambda: (rates * spline(t, 1)).sum(axis=-1)
 
     return Operation(

@@ -16,7 +16,7 @@ from .cubics import farthest, onwards, points_shape, reversed_by
 from .jacobi_fields import manifold_of, split
 from .operation import Operation
 from .solved import Solved, core_shape, numbers_of_cubic, numbers_of_piece
-from .splines import BcType, check_bc_type, spline_shape
+from .splines import BcType, check_bc_type, closed, spline_shape
 from .turning import Turning
 
 # Horizontal variations of the curve at some times, and gradients by the data from cotangents at some times.
@@ -192,6 +192,10 @@ def _cubic_spline(bc_type: BcType) -> Operation:
         lambda knots, bases: CubicSpline(knots, bases, bc_type, manifold=manifold_of(bases)),
         lambda _, bases: len(bases) * numbers_of_piece(*core_shape(bases)),
     )
+    is_closed = bc_type == "periodic"
+
+    def around(curve: CubicSpline, knots: Array) -> Array:
+        return _turn_to(curve(knots[0]), curve(knots[-1]))
 
     def value(knots: Array, bases: Array, t: Array) -> Array:
         return solved((knots, bases))(t)
@@ -202,6 +206,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
         shifts, turns = split(bases, dbases)
         # In terms of the bases of the curve.
         shifts = shifts @ _turn_to(bases, curve(knots))
+        shifts = closed(shifts, around(curve, knots)) if is_closed else shifts
         return _bases_moved(curve, knots, (t, dt, turns[0]), lambda times: curve.point_variation(times, shifts, dknots))
 
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
@@ -210,6 +215,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
         (by_bases, by_knots), turn, by_t = _bases_pulled(
             curve, knots, t, w, lambda times, loads: curve.point_pullback(times, loads)[:2]
         )
+        by_bases = closed(by_bases, around(curve, knots)) if is_closed else by_bases
         by_bases = by_bases @ _turn_to(curve(knots), bases)
         found = by_bases - bases @ (transposed(bases) @ by_bases)
         found[0] += bases[0] @ turn

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::collocation::along::Along;
 use crate::collocation::boundary::lane_frames::LaneFrames;
-use crate::collocation::lane_matrices::{add_product, add_product_of_numbers, polar_factor};
+use crate::collocation::lane_matrices::{add_product_of_numbers, polar_factor};
 use crate::collocation::lane_nodes::LaneNodes;
 use crate::collocation::linear::linear_terms::{InSpan, columns};
 use crate::collocation::motion::{set_motion, solve_flat};
@@ -287,17 +287,8 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
 
     /// The linearised equations at the curve.
     pub(crate) fn terms(&self) -> InSpan<S, &[Along]> {
-        let r = self.space.size();
-        let back: Vec<Lanes> = (0..r * r)
-            .map(|i| Lanes::splat(self.frames.last[i % r * r + i / r]))
-            .collect();
-        let mut relative = vec![Lanes::ZERO; self.frames.at_nodes.len()];
-        let frames = self.frames.at_nodes.chunks_exact(r * r);
-        for (frame, out) in frames.zip(relative.chunks_exact_mut(r * r)) {
-            add_product(&back, frame, r, out);
-        }
-        relative.extend(back);
-        InSpan::new(self.space, &self.along, relative, &self.wanted)
+        let frames = (self.frames.at_nodes.as_slice(), self.frames.last.as_slice());
+        InSpan::new(self.space, &self.along, frames, &self.wanted)
     }
 
     /// The same curve on more nodes.

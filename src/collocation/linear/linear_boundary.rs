@@ -13,7 +13,8 @@ use std::fmt::{Debug, Formatter};
 use std::sync::Arc;
 
 use super::linear_operator::{Operator, Way};
-use super::linear_terms::{CurveAtNodes, Terms, in_row, in_span};
+use super::linear_row::in_row;
+use super::linear_terms::{CurveAtNodes, Terms, in_span};
 use crate::collocation::lane_nodes::LaneNodes;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -42,8 +43,8 @@ impl Limits {
     /// Shows solutions of size [`SUSPECT`]: at conjugate ends the residual stays above the part of the data that no
     /// variation reaches, which was 1e-4 and more in examples.
     const ROUGH: Limits = Limits {
-        wanted: 1e-7,
-        allowed: 1e-7,
+        wanted: 1e-5,
+        allowed: 1e-5,
     };
 }
 
@@ -261,6 +262,7 @@ mod tests {
         x: [Vec<f64>; 3],
         last: Vec<f64>,
         frames: Vec<f64>,
+        end: Vec<f64>,
     }
 
     impl Curve {
@@ -277,7 +279,8 @@ mod tests {
             Curve {
                 x: std::array::from_fn(|i| s.iter().flat_map(|s| at(i, *s)).collect()),
                 last: at(0, 1.0),
-                frames: s.iter().chain(&[0.0]).flat_map(|s| frame(r, *s)).collect(),
+                frames: s.iter().flat_map(|s| frame(r, *s)).collect(),
+                end: frame(r, 1.0),
             }
         }
 
@@ -286,17 +289,18 @@ mod tests {
                 x: self.x.each_ref().map(Vec::as_slice),
                 last: &self.last,
                 frames: &self.frames,
+                end: &self.end,
             }
         }
     }
 
-    /// A product of plane rotations, by rows, that is the identity at 1.
+    /// A product of plane rotations, by rows, that is the identity at 0.
     fn frame(r: usize, s: f64) -> Vec<f64> {
         let mut g: Vec<f64> = (0..r * r)
             .map(|at| f64::from(u8::from(at % (r + 1) == 0)))
             .collect();
         for i in 1..r {
-            let (sin, cos) = ((1.0 - s) * (0.4 + i as f64).cos()).sin_cos();
+            let (sin, cos) = (s * (0.4 + i as f64).cos()).sin_cos();
             for row in g.chunks_exact_mut(r) {
                 (row[i - 1], row[i]) = (
                     cos * row[i - 1] - sin * row[i],
@@ -413,6 +417,7 @@ mod tests {
                     .chunks_exact(r * r)
                     .flat_map(larger_frame)
                     .collect(),
+                end: larger_frame(&short.end),
             };
             let whole = LinearBoundary::in_span(larger, &nodes, long.view(), 0.5);
             let ends = numbers(4 * k, 0.9);

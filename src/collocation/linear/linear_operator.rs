@@ -33,8 +33,8 @@ pub(crate) struct Operator<'a> {
 
 /// Gradients with respect to the data and the unknowns.
 struct Transposed {
-    /// With respect to the displacement of the start.
-    point: Vec<f64>,
+    /// With respect to what is transported to the end.
+    arrived: Vec<f64>,
     /// With respect to `x, x', x''` at the start; the one with respect to `x'''` is in a buffer.
     start: [Vec<f64>; 3],
 }
@@ -103,8 +103,8 @@ impl<'a> Operator<'a> {
     /// equations.
     pub(crate) fn right_hand_side_transposed(&mut self, y: &[f64]) -> [Vec<f64>; 4] {
         let by_ends = flat_transposed(self.nodes, self.terms.dim(), y, &mut self.f);
-        let Transposed { mut point, start } = self.transposed(&by_ends);
-        let [mut velocity, ..] = start;
+        let Transposed { arrived, start } = self.transposed(&by_ends);
+        let (mut point, [mut velocity, ..]) = (self.projected_to_start(&arrived), start);
         for x in point.iter_mut().chain(&mut velocity) {
             *x = -*x;
         }
@@ -234,10 +234,7 @@ impl<'a> Operator<'a> {
         self.image.copy_from_slice(&self.f);
         let x = self.x.each_ref().map(Vec::as_slice);
         let start = motion_transposed(self.nodes, x, by_velocity, &mut self.image);
-        Transposed {
-            point: self.projected_to_start(&z),
-            start,
-        }
+        Transposed { arrived: z, start }
     }
 
     /// Sets `phi` and `w, w', w''` at the nodes; returns `w` at the end.

@@ -12,15 +12,8 @@
 //! \zeta(s) = g^{-1} \delta g = \operatorname{Ad}_{g(s)^{-1}} \Bigl( u + \int_0^s \operatorname{Ad}_{g} w \Bigr)
 //! ```
 //!
-//! Its part in `m` displaces the point, and its part in `h` turns the velocity by `[zeta_h, x]`. In a row outside the span of
-//! the curve, where the curve is zero, `w, a, b` are rows of length `k` and `zeta` is one of length `r`,
-//!
-//! ```math
-//! b' = b\,\omega + w\,({b_x'}^T b_x - \omega'') + a\,(\tau - b_x^T b_x),\qquad
-//! \zeta(s) = \Bigl( u + \int_0^s (w, 0)\, g^T \Bigr) g(s)
-//! ```
-//!
-//! with the blocks `omega` and `b_x` of `x`; for subspaces with `w (2 b_x'^T b_x - b_x^T b_x')` instead.
+//! Its part in `m` displaces the point, and its part in `h` turns the velocity by `[zeta_h, x]`. Rows outside of the span of
+//! the curve are in [`linear_row`](super::linear_row).
 //!
 //! # Source
 //! Derived here, by differentiating `g' = g x` and the equation of cubics in the frame of the curve.
@@ -28,10 +21,11 @@
 use std::borrow::Borrow;
 
 use crate::collocation::along::Along;
-use crate::linalg::field::multiply_rows;
+use crate::collocation::lane_matrices::add_product;
+use crate::linalg::field::{accumulate, multiply_rows};
 use crate::linalg::lanes::{LANES, Lanes};
 use crate::linalg::simd::vectorised;
-use crate::space::{Homogeneous, Quotient, Shape, in_space};
+use crate::space::{Homogeneous, Shape, in_space};
 
 /// The linear maps at groups of eight nodes, and their transposes with respect to coordinates of `m` and the metric.
 ///
@@ -95,8 +89,9 @@ pub(crate) struct CurveAtNodes<'a> {
     pub(crate) x: [&'a [f64]; 3],
     /// `x` at the end.
     pub(crate) last: &'a [f64],
-    /// Frames at the nodes relative to the one at the end, and at last the one at the start, shape `(r, r)` by rows.
+    /// Frames at the nodes and at the end, relative to the one at the start, shape `(r, r)` by rows.
     pub(crate) frames: &'a [f64],
+    pub(crate) end: &'a [f64],
 }
 
 /// The terms for variations in the span, from coordinates of vectors.
@@ -108,7 +103,7 @@ pub(crate) fn in_span(shape: Shape, curve: CurveAtNodes<'_>) -> Box<dyn Terms> {
 pub(crate) struct InSpan<S, A> {
     space: S,
     groups: A,
-    /// The frames of [`CurveAtNodes`].
+    /// Frames relative to the one at the end, as [`relative`] returns them.
     frames: Vec<Lanes>,
     /// The skew matrix of `x` at the end.
     last: Vec<f64>,
@@ -124,24 +119,25 @@ impl<S: Homogeneous> InSpan<S, Vec<Along>> {
             along
         };
         let groups = (0..curve.x[0].len() / (d * LANES)).map(group).collect();
-        InSpan::new(
-            space,
-            groups,
-            frames_in_lanes(curve.frames, square),
-            curve.last,
-        )
+        let frames = groups_of_frames(curve.frames, square);
+        InSpan::new(space, groups, (&frames, curve.end), curve.last)
     }
 }
 
 impl<S: Homogeneous, A: Borrow<[Along]> + Send + Sync> InSpan<S, A> {
-    /// From the curve at groups of nodes, frames as [`CurveAtNodes`] has them, and coordinates of `x` at the end.
-    pub(crate) fn new(space: S, groups: A, frames: Vec<Lanes>, last: &[f64]) -> Self {
+    /// From the curve at groups of nodes, frames there and at the end, and coordinates of `x` at the end.
+    pub(crate) fn new(
+        space: S,
+        groups: A,
+        (frames, end): (&[Lanes], &[f64]),
+        last: &[f64],
+    ) -> Self {
         let mut matrix = vec![0.0; space.size().pow(2)];
         space.matrix_into(last, &mut matrix);
         InSpan {
             space,
             groups,
-            frames,
+            frames: relative(frames, end, space.size()),
             last: matrix,
         }
     }
@@ -251,22 +247,26 @@ impl<S: Homogeneous, A: Borrow<[Along]> + Send + Sync> Terms for InSpan<S, A> {
         out: &mut [Lanes],
     ) {
         let (space, r, frame) = (self.space, self.space.size(), self.frame(group));
-        let columns = columns(space);
-        let (back, rest) = buffer.split_at_mut(r * r);
-        let (turned, found) = rest.split_at_mut(r * columns);
-        let found = &mut found[..r * columns];
+        let size = r * columns(space);
+        let (head, rest) = buffer.split_at_mut(size);
+        let (turned, rest) = rest.split_at_mut(size);
+        let found = &mut rest[..size];
         vectorised(
             #[inline(always)]
             || {
-                for (i, entry) in back.iter_mut().enumerate() {
-                    *entry = frame[i % r * r + i / r];
+                for (j, column) in head.chunks_exact_mut(r).enumerate() {
+                    for (entry, row) in column.iter_mut().zip(frame.chunks_exact(r)) {
+                        *entry = row[j];
+                    }
                 }
-                // The first columns of `z g`, as rows, and of `g^T z g`.
-                multiply_rows(&back[..r * columns], z, r, |_| r, turned);
-                multiply_rows(back, turned, r, |_| r, found);
+                // The negative of the first columns of `z g`, as rows, and of `g^T z g`.
+                turned.fill(Lanes::ZERO);
+                accumulate(head, r, z, r, turned);
+                found.fill(Lanes::ZERO);
+                accumulate(turned, r, frame, r, found);
                 space.each_entry(
                     #[inline(always)]
-                    |p, i, j| out[p] += found[i * columns + j] * weight * space.scale(i, j),
+                    |p, i, j| out[p] -= found[j * r + i] * weight * space.scale(i, j),
                 );
             },
         );
@@ -327,172 +327,26 @@ fn write_below<S: Homogeneous>(space: S, w: &[Lanes], weight: Lanes, out: &mut [
     );
 }
 
-/// The terms in a row outside the span.
-struct InRow {
-    k: usize,
-    /// For eight nodes each, the matrices that multiply `w, a, b` from the right, shape `(k, k)`.
-    groups: Vec<[Vec<Lanes>; 3]>,
-    /// The frames of [`CurveAtNodes`].
-    frames: Vec<Lanes>,
-    /// The lower block of `x` at the end, shape `(r - k, k)` in column-major order.
-    last: Vec<f64>,
-}
-
-/// The terms for a row outside the span, from the blocks of vectors: `omega`, then `b`, in column-major order; `r` rows in
-/// total.
-pub(crate) fn in_row(shape: Shape, curve: CurveAtNodes<'_>) -> Box<dyn Terms> {
-    let Shape { r, k, kind } = shape;
-    let size = r * k;
-    let node = |node: usize| {
-        let [x, x1, x2] = curve.x.map(|x| &x[node * size..][..size]);
-        let omega = |x: &[f64], i: usize, j: usize| x[i + k * j];
-        let product = |x: &[f64], y: &[f64], i: usize, j: usize| -> f64 {
-            let [x, y] = [(x, i), (y, j)].map(|(x, i)| &x[k * k + (r - k) * i..][..r - k]);
-            x.iter().zip(y).map(|(x, y)| x * y).sum()
-        };
-        let turned = f64::from(u8::from(kind.quotient == Quotient::Subspaces));
-        let entry = |level: usize, i: usize, j: usize| match level {
-            0 => {
-                let turning = product(x1, x, i, j) - product(x, x1, i, j);
-                product(x1, x, i, j) - omega(x2, i, j) + turned * turning
-            }
-            1 => -product(x, x, i, j),
-            _ => omega(x, i, j),
-        };
-        let matrix = |level: usize| -> Vec<f64> {
-            let entries = (0..k * k).map(|at| entry(level, at / k, at % k));
-            entries.collect()
-        };
-        std::array::from_fn::<_, 3, _>(matrix)
-    };
-    let nodes: Vec<[Vec<f64>; 3]> = (0..curve.x[0].len() / size).map(node).collect();
-    let group = |nodes: &[[Vec<f64>; 3]]| {
-        std::array::from_fn(|level| {
-            let entry = |at: usize| Lanes(std::array::from_fn(|lane| nodes[lane][level][at]));
-            (0..k * k).map(entry).collect()
-        })
-    };
-    Box::new(InRow {
-        k,
-        groups: nodes.chunks_exact(LANES).map(group).collect(),
-        frames: frames_in_lanes(curve.frames, r * r),
-        last: curve.last[k * k..].to_vec(),
-    })
-}
-
-impl InRow {
-    fn r(&self) -> usize {
-        self.k + self.last.len() / self.k
-    }
-
-    fn frame(&self, group: usize) -> &[Lanes] {
-        let square = self.r().pow(2);
-        &self.frames[group * square..][..square]
-    }
-}
-
-impl Terms for InRow {
-    fn dim(&self) -> usize {
-        self.k
-    }
-
-    fn transported(&self) -> usize {
-        self.r()
-    }
-
-    fn buffer(&self) -> usize {
-        0
-    }
-
-    fn add_change(&self, group: usize, x: [&[Lanes]; 3], _: &mut [Lanes], out: &mut [Lanes]) {
-        for (matrix, x) in self.groups[group].iter().zip(x) {
-            for (x, row) in x.iter().zip(matrix.chunks_exact(self.k)) {
-                for (entry, out) in row.iter().zip(&mut *out) {
-                    *out += *x * *entry;
-                }
-            }
-        }
-    }
-
-    fn add_change_transposed(
-        &self,
-        group: usize,
-        f: &[Lanes],
-        _: &mut [Lanes],
-        out: [&mut [Lanes]; 3],
-    ) {
-        for (matrix, out) in self.groups[group].iter().zip(out) {
-            for (out, row) in out.iter_mut().zip(matrix.chunks_exact(self.k)) {
-                for (entry, f) in row.iter().zip(f) {
-                    *out += *f * *entry;
-                }
-            }
-        }
-    }
-
-    fn add_transported(
-        &self,
-        group: usize,
-        (weight, w): (Lanes, &[Lanes]),
-        _: &mut [Lanes],
-        out: &mut [Lanes],
-    ) {
-        let rows = self.frame(group).chunks_exact(self.r());
-        for (out, row) in out.iter_mut().zip(rows) {
-            for (x, entry) in w.iter().zip(row) {
-                *out += *x * weight * *entry;
-            }
-        }
-    }
-
-    fn complete(&self, _: &mut [Lanes]) {}
-
-    fn add_projected(
-        &self,
-        group: usize,
-        (weight, z): (Lanes, &[Lanes]),
-        _: &mut [Lanes],
-        out: &mut [Lanes],
-    ) {
-        let rows = self.frame(group).chunks_exact(self.r());
-        for (z, row) in z.iter().zip(rows) {
-            for (out, entry) in out.iter_mut().zip(row) {
-                *out += *z * weight * *entry;
-            }
-        }
-    }
-
-    fn arrive(&self, z: &[f64], velocity: &mut [f64]) -> Vec<f64> {
-        let (point, turning) = z.split_at(self.k);
-        let columns = self.last.chunks_exact(turning.len().max(1));
-        for (velocity, column) in velocity.iter_mut().zip(columns) {
-            *velocity += turning.iter().zip(column).map(|(z, x)| z * x).sum::<f64>();
-        }
-        point.to_vec()
-    }
-
-    fn arrive_transposed(&self, point: &[f64], velocity: &[f64]) -> Vec<f64> {
-        let m = self.r() - self.k;
-        let turning = (0..m).map(|i| {
-            let entries = velocity.iter().zip(self.last[i..].iter().step_by(m));
-            entries.map(|(v, x)| v * x).sum()
-        });
-        point.iter().copied().chain(turning).collect()
-    }
-}
-
 /// The first eight vectors with `d` entries each.
 fn in_lanes(numbers: &[f64], d: usize) -> Vec<Lanes> {
     let entry = |p: usize| Lanes(std::array::from_fn(|lane| numbers[lane * d + p]));
     (0..d).map(entry).collect()
 }
 
-/// Frames in groups of eight, the last one by itself.
-fn frames_in_lanes(frames: &[f64], square: usize) -> Vec<Lanes> {
-    let (nodes, start) = frames.split_at(frames.len() - square);
-    let groups = nodes.chunks_exact(LANES * square);
-    let nodes = groups.flat_map(|group| in_lanes(group, square));
-    nodes
-        .chain(start.iter().map(|x| Lanes::splat(*x)))
-        .collect()
+/// Frames in groups of eight.
+pub(super) fn groups_of_frames(frames: &[f64], square: usize) -> Vec<Lanes> {
+    let groups = frames.chunks_exact(LANES * square);
+    groups.flat_map(|group| in_lanes(group, square)).collect()
+}
+
+/// Frames relative to the one at the end, in groups; at last that at the start, where they are relative to it.
+pub(super) fn relative(frames: &[Lanes], end: &[f64], r: usize) -> Vec<Lanes> {
+    let entry = |at: usize| Lanes::splat(end[at % r * r + at / r]);
+    let back: Vec<Lanes> = (0..r * r).map(entry).collect();
+    let mut out = vec![Lanes::ZERO; frames.len()];
+    for (frame, out) in frames.chunks_exact(r * r).zip(out.chunks_exact_mut(r * r)) {
+        add_product(&back, frame, r, out);
+    }
+    out.extend(back);
+    out
 }

@@ -1,6 +1,7 @@
-//! The linearised equations along a cubic that is known.
+//! The equations of cubics between given ends, linearised.
 
 pub(crate) mod linear_boundary;
 pub(crate) mod linear_nodes;
 pub(crate) mod linear_operator;
+pub(crate) mod linear_row;
 pub(crate) mod linear_terms;

@@ -21,6 +21,7 @@ use crate::curve::nodes::Nodes;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::field::{accumulate, larger};
+use crate::linalg::simd::vectorised;
 
 /// Four tangent vectors: displacement and change of the velocity, at the start and at the end.
 type EndVariation = [Mat<f64>; 4];
@@ -94,11 +95,12 @@ impl Collocated {
         };
         let [last, ..] = vectors_at(taylor, &[1.0]);
         let (coordinates, last_coordinates) = (x.each_ref().map(|x| packed(x)), packed(&last));
-        let relative = relative_to(&end, &frames);
+        let (at_nodes, at_end) = (by_rows(&frames), by_rows(std::slice::from_ref(&end)));
         let in_span = CurveAtNodes {
             x: coordinates.each_ref().map(Vec::as_slice),
             last: &last_coordinates,
-            frames: &relative,
+            frames: &at_nodes,
+            end: &at_end,
         };
         let (shape, tension) = (blocks.shape(), flow.data.tension);
         let inside = LinearBoundary::in_span(shape, &nodes, in_span, tension);
@@ -110,7 +112,7 @@ impl Collocated {
                 let in_blocks = CurveAtNodes {
                     x: x.each_ref().map(Vec::as_slice),
                     last: &last,
-                    frames: &relative,
+                    ..in_span
                 };
                 let equations = LinearBoundary::in_row(shape, &nodes, in_blocks, tension);
                 match RowResponse::of(&equations, blocks.k, interrupt)? {
@@ -382,19 +384,10 @@ fn resolved(taylor: &PiecewiseTaylor) -> Option<AtNodes> {
     }
 }
 
-/// Frames, and at last the one at the start, relative to the one at the end, by rows.
-fn relative_to(end: &Mat<f64>, frames: &[Mat<f64>]) -> Vec<f64> {
-    let back = end.transpose();
-    let mut all = Vec::with_capacity((frames.len() + 1) * back.nrows().pow(2));
-    let mut push = |frame: MatRef<'_, f64>| {
-        let rows = frame.row_iter();
-        all.extend(rows.flat_map(|row| row.iter().copied()));
-    };
-    frames
-        .iter()
-        .for_each(|frame| push((back * frame).as_ref()));
-    push(back);
-    all
+/// Frames by rows, one after another.
+fn by_rows(frames: &[Mat<f64>]) -> Vec<f64> {
+    let rows = frames.iter().flat_map(|frame| frame.row_iter());
+    rows.flat_map(|row| row.iter().copied()).collect()
 }
 
 fn vectors_at(taylor: &PiecewiseTaylor, times: &[f64]) -> [Vec<f64>; 3] {
@@ -433,7 +426,10 @@ fn frames(taylor: &PiecewiseTaylor, nodes: &Nodes, x: &[f64]) -> Vec<Mat<f64>> {
         for normals in normals.chunks_exact_mut(size) {
             (0..m).for_each(|j| normals[k + j + r * j] = 1.0);
         }
-        accumulate(&nodes.at[1], nodes.len(), &rates, size, &mut normals);
+        vectorised(
+            #[inline(always)]
+            || accumulate(&nodes.at[1], nodes.len(), &rates, size, &mut normals),
+        );
     }
     let all = points.iter().enumerate();
     all.map(|(node, point)| {
