@@ -139,6 +139,15 @@ pub enum Error {
         /// The offending rotation angle in radians.
         angle: f64,
     },
+    /// A rotation or unitary matrix at which the principal logarithm exists, but is not differentiable: two rotation angles
+    /// approach `pi`, as for rotations, or `pi` and `-pi`.
+    #[error(
+        "the logarithm is not differentiable: two rotation angles have a mean size of {angle:.17} (pi up to 3e-11)"
+    )]
+    LogNotDifferentiable {
+        /// Mean of the sizes of the two angles, in radians.
+        angle: f64,
+    },
     /// Two points that no unique shortest curve joins.
     #[error(
         "no unique shortest curve joins the points: an angle is {angle:.17} (pi to working precision)"
@@ -346,6 +355,7 @@ fn place(knot: usize, error: &Error) -> String {
     match error {
         Error::ControlPoints { .. }
         | Error::OutsideLogDomain { .. }
+        | Error::LogNotDifferentiable { .. }
         | Error::NoJoiningCurve { .. }
         | Error::RightAngle { .. }
         | Error::OnlyBases { .. }
@@ -457,6 +467,7 @@ impl Error {
     pub fn angle(&self) -> Option<f64> {
         match self.cause() {
             Error::OutsideLogDomain { angle }
+            | Error::LogNotDifferentiable { angle }
             | Error::NoJoiningCurve { angle }
             | Error::RightAngle { angle } => Some(*angle),
             Error::DifferentComponents { .. } | Error::BranchJump { .. } => {

@@ -159,6 +159,7 @@ class _Pullback(torch.autograd.Function):
         count = len(ctx.operation.arguments)
         if any(ctx.needs_input_grad[2 : count + 2]):
             raise ctx.operation.no_second()
+        # Gradients that are not wanted are not used, and have no cotangents.
         pairs = zip(ctx.saved_tensors[:count], cotangents, strict=True)
         moves = [torch.zeros_like(x) if move is None else move for x, move in pairs]
         moved = _Variation.apply(ctx.operation, *ctx.saved_tensors[:count], *moves)

@@ -70,7 +70,7 @@ impl Along {
     }
 
     /// The transpose of [`add_change`](Along::add_change), from the matrix of the gradient with respect to its result:
-    /// `<[p, x], q> = <p, [x, q]>`.
+    /// `<[p, x], q> = <p, [x, q]>`; `z` holds an element of `h`.
     #[inline(always)]
     pub(crate) fn add_change_transposed(
         &self,

@@ -197,6 +197,9 @@ impl LaneNodes {
     }
 }
 
+/// Number of nodes for single cubics without rotation, and additional ones per radian of the largest velocity.
+pub(crate) const FINE: [f64; 2] = [15.0, 2.5];
+
 /// The number of nodes, or of iterations, for a leg along which the frame rotates by `speed`; the maximum if `speed` is
 /// not finite.
 pub(crate) fn nodes([still, radian]: [f64; 2], speed: f64, most: usize) -> usize {
@@ -329,6 +332,30 @@ mod tests {
         groups.collect()
     }
 
+    /// `<y, I f> = <I^T y, f>` for the integrals of `f` at the nodes and at the end.
+    fn assert_transposed(
+        nodes: &LaneNodes,
+        times: usize,
+        (values, integrals, at_end): (&[Lanes], &[Lanes], &[f64]),
+    ) {
+        let dot = |one: &[Lanes], other: &[Lanes]| -> f64 {
+            let each = one.iter().zip(other);
+            each.map(|(x, y)| (*x * *y).0.iter().sum::<f64>()).sum()
+        };
+        let at = |seed: f64| Lanes(std::array::from_fn(|lane| (seed + 1.3 * lane as f64).cos()));
+        let y: Vec<Lanes> = (0..values.len()).map(|i| at(0.7 * i as f64)).collect();
+        let at_one: Vec<f64> = (0..at_end.len()).map(|i| (0.9 * i as f64).cos()).collect();
+        let mut back = vec![Lanes::ZERO; values.len()];
+        nodes.add_transposed_integrals(times, &y, at_end.len(), &mut back);
+        nodes.add_transposed_integrals_to_end(times, &at_one, &mut back);
+        let ends: f64 = at_one.iter().zip(at_end).map(|(x, y)| x * y).sum();
+        let error = dot(&y, integrals) + ends - dot(&back, values);
+        assert!(
+            error.abs() < 1e-13 * values.len() as f64,
+            "{times}: {error:e}"
+        );
+    }
+
     #[test]
     fn polynomials_are_integrated_and_interpolated() {
         for (count, functions) in [(8, 1), (8, 5), (16, 4), (24, 3), (32, 2), (40, 7), (48, 6)] {
@@ -339,6 +366,7 @@ mod tests {
                 let mut at_end = vec![0.0; functions];
                 nodes.add_integrals(times, &values, functions, &mut integrals);
                 nodes.add_integrals_to_end(times, &values, functions, &mut at_end);
+                assert_transposed(&nodes, times, (&values, &integrals, &at_end));
                 for function in 0..functions {
                     let factor: f64 = (1..=times).map(|i| 1.0 / (function + i) as f64).product();
                     let exact = |s: f64| factor * polynomial(function + times, s);

@@ -5,8 +5,8 @@
 //! derivatives of the matrices `S` at the nodes of every leg and the velocities at the knots, and nothing is
 //! differentiated.
 //!
-//! Single cubics between given ends are solved in frames by Newton's method ([`solve_between_ends`]), and so are the
-//! linearised equations along them ([`LinearBoundary`]); `x'''` at the nodes, `x'` and `x''` at the start are the
+//! Single cubics between given ends are solved in frames by Newton's method ([`solve_between_ends`]), whose linear equations
+//! are those of their derivatives too ([`LinearBoundary`]); `x'''` at the nodes, `x'` and `x''` at the start are the
 //! unknowns:
 //!
 //! ```math

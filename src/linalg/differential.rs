@@ -120,7 +120,7 @@ impl OrthogonalLogDifferential {
     /// The derivative at a rotation.
     ///
     /// # Errors
-    /// As [`orthogonal_log`](super::orthogonal_log()); `ConjugateEnds` if the logarithm is not smooth, to 1e-11.
+    /// As [`orthogonal_log`](super::orthogonal_log()); `LogNotDifferentiable`.
     pub fn new(q: MatRef<'_, f64>) -> Result<Self> {
         let m = super::structure::check_square("Q", q)?;
         let mut value = Mat::zeros(m, m);
@@ -170,22 +170,19 @@ impl OrthogonalLogDifferential {
     }
 }
 
-/// Smallest singular value of the derivative of the exponential, whose largest is 1, at which that of the logarithm is
-/// accurate to a few digits.
+/// Singular value of the derivative of the exponential, whose largest is 1, below which the logarithm counts as not
+/// differentiable, as for boundary problems: round-off of the angles changes the derivative by a part in 1e4.
 const SINGULAR: f64 = 1e-11;
 
-/// Checks that exponentials are smoothly invertible where the largest difference of two eigenvalues is `i x`.
+/// Checks that the exponential is smoothly invertible where the largest distance of two eigenvalues of its argument is
+/// `x`.
 ///
 /// # Errors
-/// `ConjugateEnds`.
+/// `LogNotDifferentiable`.
 pub(super) fn check_smooth(x: f64) -> Result<()> {
     let (re, im) = dexp(x);
-    let smallest = re.hypot(im);
-    match smallest < SINGULAR {
-        true => Err(Error::ConjugateEnds {
-            smallest,
-            largest: 1.0,
-        }),
+    match re.hypot(im) < SINGULAR {
+        true => Err(Error::LogNotDifferentiable { angle: 0.5 * x }),
         false => Ok(()),
     }
 }

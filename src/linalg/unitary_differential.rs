@@ -45,7 +45,7 @@ impl UnitaryLogDifferential {
     /// The derivative at a unitary matrix.
     ///
     /// # Errors
-    /// As [`unitary_log`](super::unitary_log()); `ConjugateEnds` if the logarithm is not smooth, to 1e-11.
+    /// As [`unitary_log`](super::unitary_log()); `LogNotDifferentiable`.
     pub fn new(q: MatRef<'_, c64>) -> Result<Self> {
         let m = check_square("Q", q)?;
         let mut log = Mat::zeros(m, m);

@@ -9,9 +9,6 @@ use pyo3::types::{PyInt, PyList};
 
 use super::prelude::*;
 
-/// What to do with tensors that derivatives are taken of.
-const TORCH_ADVICE: &str = "use the functions of stiefel_rs.torch, or detach()";
-
 /// The library of the arguments of a call: `None` for NumPy, whose arrays mix with those of any other library.
 #[derive(Default)]
 pub struct Namespace(Option<Owned>);
@@ -126,9 +123,9 @@ pub fn as_numpy<'py>(object: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
     if !is_native(object) && !object.hasattr("__array__")? && object.hasattr("__dlpack__")? {
         return numpy.call_method1("from_dlpack", (object,));
     }
-    let array = match !is_native(object) && is_tensor(object)? {
-        true => array_of_tensor(object, name),
-        false => numpy.call_method1(intern!(object.py(), "asarray"), (object,)),
+    let array = match detached(object, name)? {
+        Some(data) => numpy.call_method1(intern!(object.py(), "asarray"), (data,)),
+        None => numpy.call_method1(intern!(object.py(), "asarray"), (object,)),
     };
     array.map_err(|error| match traced(object, name) {
         Some(message) => PyTypeError::new_err(message),
@@ -136,30 +133,69 @@ pub fn as_numpy<'py>(object: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
     })
 }
 
+/// The NumPy array of a tensor of PyTorch, which shares its data, or a list of those in a list; `None` for other objects.
+///
+/// # Errors
+/// `TypeError` for tensors that derivatives are taken of, or that PyTorch transforms.
+fn detached<'py>(object: &Any<'py>, name: &str) -> PyResult<Option<Any<'py>>> {
+    if !is_native(object) {
+        return match is_tensor(object)? {
+            true => array_of_tensor(object, name).map(Some),
+            false => Ok(None),
+        };
+    }
+    let is_sequence = object.is_instance_of::<PyList>() || object.is_instance_of::<PyTuple>();
+    if !is_sequence
+        || !object
+            .get_item(0)
+            .is_ok_and(|first| is_tensor(&first).unwrap_or(false))
+    {
+        return Ok(None);
+    }
+    let items = PyList::empty(object.py());
+    for item in object.try_iter()? {
+        let item = item?;
+        match is_tensor(&item)? {
+            true => items.append(array_of_tensor(&item, name)?)?,
+            false => items.append(item)?,
+        }
+    }
+    Ok(Some(items.into_any()))
+}
+
 /// The NumPy array that shares its data with a tensor of PyTorch.
 fn array_of_tensor<'py>(tensor: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
     let py = tensor.py();
+    if tensor_requires_gradient(tensor) {
+        return Err(differentiated(name, "requires a gradient"));
+    }
     let forward = py.import("torch.autograd.forward_ad")?;
     let dual = forward.call_method1("unpack_dual", (tensor,))?;
     if !dual.getattr("tangent")?.is_none() {
-        let message = format!("{name}: a tensor with a tangent; {TORCH_ADVICE}");
-        return Err(PyTypeError::new_err(message));
+        return Err(differentiated(name, "has a tangent"));
     }
     // Resolves lazy conjugates and signs.
     let resolved = tensor
         .call_method0("resolve_conj")?
         .call_method0("resolve_neg")?;
-    let array = numpy(py)?.call_method1(intern!(py, "asarray"), (resolved,));
+    let array = resolved.call_method0("numpy");
     array.map_err(|error| {
-        if !error.is_instance_of::<PyRuntimeError>(py) || tensor_requires_gradient(tensor) {
+        if !error.is_instance_of::<PyRuntimeError>(py) {
             return error;
         }
-        // Inside of transformations of torch.func, tensors have no data of their own.
-        let message = format!("{name}: a tensor that PyTorch transforms; {TORCH_ADVICE}");
+        let message = format!(
+            "{name}: a tensor without data of its own, as inside of transformations of torch.func; use the functions \
+             of stiefel_rs.torch"
+        );
         let named = PyTypeError::new_err(message);
         named.set_cause(py, Some(error));
         named
     })
+}
+
+fn differentiated(name: &str, what: &str) -> PyErr {
+    let advice = "use the functions of stiefel_rs.torch, or detach()";
+    PyTypeError::new_err(format!("{name}: a tensor that {what}; {advice}"))
 }
 
 fn tensor_requires_gradient(tensor: &Any) -> bool {
@@ -190,11 +226,6 @@ pub fn _as_numpy<'py>(name: &str, object: &Any<'py>) -> PyResult<Any<'py>> {
 
 /// Advice for an array that derivatives are taken of.
 fn traced(object: &Any, name: &str) -> Option<String> {
-    if tensor_requires_gradient(object) {
-        return Some(format!(
-            "{name}: a tensor that requires a gradient; {TORCH_ADVICE}"
-        ));
-    }
     let class = object.get_type().name().ok()?.to_string();
     let is_tracer = class.ends_with("Tracer");
     is_tracer.then(|| format!("{name}: traced by JAX; use the functions of stiefel_rs.jax"))

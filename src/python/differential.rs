@@ -105,7 +105,8 @@ pub fn skew_exp_pullback(A: &Any, W: &Any) -> PyResult<Numbers> {
 /// Raises
 /// ------
 /// InvalidInputError, OutsideDomainError
-///     As for :func:`orthogonal_log`, or mismatched shapes.
+///     As for :func:`orthogonal_log`, or mismatched shapes; two angles next to pi, or next to pi and -pi, where the
+///     logarithm is not differentiable.
 #[pyfunction]
 pub fn orthogonal_log_variation(Q: &Any, dQ: &Any) -> PyResult<Numbers> {
     apply(named![Q, dQ], |field, q, f| match field {
@@ -135,7 +136,8 @@ pub fn orthogonal_log_variation(Q: &Any, dQ: &Any) -> PyResult<Numbers> {
 /// Raises
 /// ------
 /// InvalidInputError, OutsideDomainError
-///     As for :func:`orthogonal_log`, or mismatched shapes.
+///     As for :func:`orthogonal_log`, or mismatched shapes; two angles next to pi, or next to pi and -pi, where the
+///     logarithm is not differentiable.
 #[pyfunction]
 pub fn orthogonal_log_pullback(Q: &Any, W: &Any) -> PyResult<Numbers> {
     apply(named![Q, W], |field, q, w| match field {

@@ -255,6 +255,7 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         | Error::DifferentComponents { .. }
         | Error::OutsideRetractionDomain { .. }
         | Error::ConjugateEnds { .. }
+        | Error::LogNotDifferentiable { .. }
         | Error::NotComplex { .. }
         | Error::OutsideChart { .. } => build(py, "OutsideDomainError", (message, error.angle())),
         Error::NoConvergence { report, .. } | Error::TooManySteps { report, .. } => {

@@ -204,14 +204,22 @@ def test_methods_take_tensors(rng):
 
 def test_functions_of_numpy_refuse_tensors_that_are_differentiated():
     A = torch.tensor([[0.0, -0.3], [0.3, 0.0]], dtype=torch.float64)
-    advice = r"^A: a tensor .*; use the functions of stiefel_rs\.torch, or detach\(\)$"
+    advice = r"use the functions of stiefel_rs\.torch, or detach\(\)$"
     with forward_ad.dual_level():
-        with pytest.raises(TypeError, match=advice):
-            stiefel_rs.skew_exp(forward_ad.make_dual(A, A))
+        dual = forward_ad.make_dual(A, A)
+        for argument in (dual, [dual, dual]):
+            with pytest.raises(TypeError, match=f"^A: a tensor that has a tangent; {advice}"):
+                stiefel_rs.skew_exp(argument)
         assert isinstance(stiefel_rs.skew_exp(A), torch.Tensor)
-    for transform in (torch.func.grad, torch.func.vmap):
-        with pytest.raises(TypeError, match=advice):
-            transform(lambda A: torch.as_tensor(stiefel_rs.skew_exp(A)).sum())(A)
+    with pytest.raises(TypeError, match=f"^A: a tensor that requires a gradient; {advice}"):
+        stiefel_rs.skew_exp([A, A.clone().requires_grad_()])
+    np.testing.assert_allclose(stiefel_rs.skew_exp([A, 2 * A])[1], stiefel_rs.skew_exp(2 * A), rtol=0, atol=0)
+    with pytest.raises(
+        TypeError, match=r"^A: a tensor without data of its own.*; use the functions of stiefel_rs\.torch$"
+    ):
+        torch.func.vmap(lambda A: torch.as_tensor(stiefel_rs.skew_exp(A)).sum())(A[None])
+    with pytest.raises(TypeError, match=r"^A: a tensor that requires a gradient"):
+        torch.func.grad(lambda A: torch.as_tensor(stiefel_rs.skew_exp(A)).sum())(A)
 
 
 def test_another_default_device():

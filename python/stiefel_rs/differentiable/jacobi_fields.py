@@ -25,7 +25,8 @@ from .._core import Grassmann
 from ..errors import OutsideDomainError
 from .arguments import Array, skew_part, transposed
 
-# Distance of the root of a curvature from pi at which gradients are accurate to a few digits.
+# Distance of the root of a curvature from pi below which the logarithm counts as not differentiable: round-off of the
+# angles changes the derivative by a part in 1e4.
 SINGULAR = 1e-11
 
 # A factor for each of three kinds of coordinates, as a function of the roots.
@@ -107,10 +108,9 @@ class Geodesic:
         largest = np.sort(self._angles)[::-1][: 1 if is_complex else 2]
         total = float(largest.sum()) * (2 if is_complex else 1)
         if total >= np.pi - SINGULAR:
+            found = "twice the largest principal angle is" if is_complex else "the largest principal angles add up to"
             raise OutsideDomainError(
-                f"the subspaces are conjugate: principal angles add up to {total:.17f} (pi to 1e-11), and the "
-                "logarithm is not differentiable",
-                float(largest[-1]),
+                f"the logarithm is not differentiable: {found} {total:.17f} (pi up to 1e-11)", float(largest[-1])
             )
 
     def turn(self, at_start: Vector, change: Vector) -> Array:

@@ -37,7 +37,8 @@ class Operation:
         Shape of a value, from the shapes of the arguments without the batch.
     value, variation, pullback : callable
         ``value(*data)``; ``variation(data, tangents)``; ``pullback(data, cotangent)``, a tuple; for one member.
-        Gradients that need additional work may be functions, which are called if the gradients are wanted.
+        Gradients that need additional work may be functions, which are called if the gradients are wanted; not those
+        of arguments that depend on others.
     is_batched : bool
         Whether these functions take all members at once.
     on_pairs : bool
@@ -116,7 +117,7 @@ class Operation:
         exact = self._exact(member)
         pulled = self.gradients(exact, cotangent, wanted)
         for i, argument in reversed(list(enumerate(self.arguments))):
-            # The gradient with respect to a frame has a part of those with respect to vectors there.
+            # Vectors at a frame add to its gradient, because their projections depend on it.
             needed = (i, argument.depends_on)
             if wanted is None or any(wanted[j] for j in needed if j is not None):
                 pulled[i] = argument.pullback(member[i], exact, pulled[i], pulled)

@@ -31,12 +31,12 @@ def numbers_of_piece(n: int, k: int) -> int:
 
 
 def numbers_of_cubic(n: int, k: int) -> int:
-    """Estimate how many numbers the derivative of a single cubic stores: matrices of the span at 24 nodes.
+    """Estimate how many numbers the derivative of a single cubic stores: five matrices of the span at each of 24 nodes.
 
     Fast curves, which are linearised in legs, may store ten times as many.
     """
     rows = min(n, 4 * k)
-    return 100 * n * k + 120 * rows**2 + 2000
+    return 100 * n * k + 150 * rows**2 + 2000
 
 
 class Solved(Generic[Solution]):

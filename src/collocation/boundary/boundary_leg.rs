@@ -285,7 +285,7 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         }
     }
 
-    /// The linearised equations at the curve.
+    /// The linearised equations at the curve: what the end has to reach turns with its frame.
     pub(crate) fn terms(&self) -> InSpan<S, &[Along]> {
         let frames = (self.frames.at_nodes.as_slice(), self.frames.last.as_slice());
         InSpan::new(self.space, &self.along, frames, &self.wanted)

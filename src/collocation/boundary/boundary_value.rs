@@ -13,7 +13,7 @@ use std::sync::Arc;
 use super::boundary_curve::boundary_curve;
 use super::boundary_leg::{BoundaryData, BoundaryLeg};
 use crate::collocation::expansion::EXACT;
-use crate::collocation::lane_nodes::{LaneNodes, MOST, nodes};
+use crate::collocation::lane_nodes::{FINE, LaneNodes, MOST, nodes};
 use crate::collocation::linear::linear_operator::{Operator, Way};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -25,10 +25,8 @@ use crate::space::{Homogeneous, Shape, in_space};
 
 const SOLVER: &str = "boundary value problem of a Riemannian cubic";
 
-/// Number of nodes for curves without rotation, and additional ones per radian of the largest velocity: for the first
-/// steps, and afterwards.
+/// As [`FINE`], for the first steps.
 const COARSE: [f64; 2] = [3.0, 1.5];
-const FINE: [f64; 2] = [15.0, 2.5];
 
 /// Residual below which the first phase ends.
 const ROUGH: f64 = 1e-3;

@@ -41,10 +41,10 @@ impl Limits {
     };
 
     /// Shows solutions of size [`SUSPECT`]: at conjugate ends the residual stays above the part of the data that no
-    /// variation reaches, which was 1e-4 and more in examples.
+    /// variation reaches, which is far larger in the examples of `conjugate_ends_are_not_regular`.
     const ROUGH: Limits = Limits {
-        wanted: 1e-5,
-        allowed: 1e-5,
+        wanted: 1e-7,
+        allowed: 1e-7,
     };
 }
 
@@ -69,8 +69,8 @@ const SLOW: f64 = 1e-4;
 
 /// The linearised equations at Gauss nodes, for given data at the ends.
 pub(crate) struct LinearBoundary {
-    terms: Box<dyn Terms>,
-    nodes: Arc<LaneNodes>,
+    pub(super) terms: Box<dyn Terms>,
+    pub(super) nodes: Arc<LaneNodes>,
     tension: f64,
 }
 
@@ -248,200 +248,4 @@ fn solved(
     }
     solution.iter_mut().for_each(|x| *x *= size);
     Ok((last <= limits.allowed).then_some(solution))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::collocation::linear_nodes;
-    use crate::solve::gmres::dot;
-    use crate::space::{Homogeneous, Kind, Quotient, in_space};
-
-    /// A curve that is no cubic, with frames that are not its own: the equations are linear for any.
-    struct Curve {
-        x: [Vec<f64>; 3],
-        last: Vec<f64>,
-        frames: Vec<f64>,
-        end: Vec<f64>,
-    }
-
-    impl Curve {
-        /// Coordinates or blocks of a given size; `zero` entries vanish.
-        fn new(nodes: &LaneNodes, size: usize, r: usize, zero: impl Fn(usize) -> bool) -> Self {
-            let at = |derivative: usize, s: f64| -> Vec<f64> {
-                let entry = |p: usize| match zero(p) {
-                    true => 0.0,
-                    false => ((p + 1) as f64 * 0.9 + s + 1.1 * derivative as f64).sin(),
-                };
-                (0..size).map(entry).collect()
-            };
-            let s = &nodes.nodes.s;
-            Curve {
-                x: std::array::from_fn(|i| s.iter().flat_map(|s| at(i, *s)).collect()),
-                last: at(0, 1.0),
-                frames: s.iter().flat_map(|s| frame(r, *s)).collect(),
-                end: frame(r, 1.0),
-            }
-        }
-
-        fn view(&self) -> CurveAtNodes<'_> {
-            CurveAtNodes {
-                x: self.x.each_ref().map(Vec::as_slice),
-                last: &self.last,
-                frames: &self.frames,
-                end: &self.end,
-            }
-        }
-    }
-
-    /// A product of plane rotations, by rows, that is the identity at 0.
-    fn frame(r: usize, s: f64) -> Vec<f64> {
-        let mut g: Vec<f64> = (0..r * r)
-            .map(|at| f64::from(u8::from(at % (r + 1) == 0)))
-            .collect();
-        for i in 1..r {
-            let (sin, cos) = (s * (0.4 + i as f64).cos()).sin_cos();
-            for row in g.chunks_exact_mut(r) {
-                (row[i - 1], row[i]) = (
-                    cos * row[i - 1] - sin * row[i],
-                    sin * row[i - 1] + cos * row[i],
-                );
-            }
-        }
-        g
-    }
-
-    fn numbers(count: usize, seed: f64) -> Vec<f64> {
-        let number = |i: usize| (seed + 1.7 * i as f64).sin();
-        (0..count).map(number).collect()
-    }
-
-    /// Solves forward and transposed with unrelated numbers; the two must agree.
-    fn assert_transposed(equations: &LinearBoundary) {
-        let (d, count) = (equations.terms.dim(), equations.nodes.count());
-        let ends = numbers(4 * d, 0.3);
-        let parts: [&[f64]; 4] = std::array::from_fn(|end| &ends[end * d..][..d]);
-        let found = equations.solve(parts, Interrupt::NEVER).unwrap().unwrap();
-        let by_displacements = numbers(d * count, 0.7);
-        let by_start = [numbers(d, 1.1), numbers(d, 1.9)];
-        let [by_a, by_b] = by_start.each_ref().map(Vec::as_slice);
-        let [a, b] = &found.start;
-        let value = dot(&by_displacements, &found.displacements) + dot(by_a, a) + dot(by_b, b);
-        let gradient = equations.pull_back(&by_displacements, [by_a, by_b], Interrupt::NEVER);
-        let gradient = gradient.unwrap().unwrap().concat();
-        let size = norm(&gradient) * norm(&ends);
-        let error = (dot(&gradient, &ends) - value).abs() / size;
-        assert!(error < 1e-13, "{d}: {error:.1e}");
-    }
-
-    fn shapes() -> impl Iterator<Item = Shape> {
-        let sizes = [(2, 1), (3, 1), (3, 2), (3, 3), (5, 2), (7, 3)];
-        sizes.into_iter().flat_map(|(r, k)| {
-            let kinds = [Quotient::Frames, Quotient::Subspaces].map(Kind::real);
-            let kinds = kinds
-                .into_iter()
-                .filter(move |kind| r > k || *kind == Kind::REAL_FRAMES);
-            kinds.map(move |kind| Shape { r, k, kind })
-        })
-    }
-
-    #[test]
-    fn the_transpose_is_one() {
-        for shape in shapes() {
-            let d = in_space!(shape, |space| space.dim());
-            let nodes = linear_nodes(1.0).unwrap();
-            for tension in [0.0, 3.0] {
-                for zero in [0, 2] {
-                    let curve = Curve::new(&nodes, d, shape.r, |p| zero > 0 && p % zero == 0);
-                    let equations = LinearBoundary::in_span(shape, &nodes, curve.view(), tension);
-                    assert_transposed(&equations);
-                }
-                let curve = Curve::new(&nodes, shape.r * shape.k, shape.r, |_| false);
-                let equations = LinearBoundary::in_row(shape, &nodes, curve.view(), tension);
-                assert_transposed(&equations);
-            }
-        }
-    }
-
-    /// A row outside the span is one more row of the space, in which the curve is zero.
-    #[test]
-    fn rows_are_those_of_a_larger_space() {
-        for shape in shapes() {
-            let Shape { r, k, kind } = shape;
-            let larger = Shape { r: r + 1, ..shape };
-            let nodes = linear_nodes(2.0).unwrap();
-            // The blocks, with a skew `omega` that is zero for subspaces.
-            let mut short = Curve::new(&nodes, r * k, r, |_| false);
-            let Curve { x, last, .. } = &mut short;
-            let vectors = x.iter_mut().chain([last]);
-            for x in vectors.flat_map(|x| x.chunks_exact_mut(r * k)) {
-                let b = x.to_vec();
-                for at in 0..k * k {
-                    let (i, j) = (at % k, at / k);
-                    x[at] = match kind.quotient {
-                        Quotient::Frames => b[i + k * j] - b[j + k * i],
-                        Quotient::Subspaces => 0.0,
-                    };
-                }
-            }
-            let row = LinearBoundary::in_row(shape, &nodes, short.view(), 0.5);
-            let d = in_space!(larger, |space| space.dim());
-            let mut places = vec![0; k];
-            let mut coordinates = |blocks: &[f64]| -> Vec<f64> {
-                let each = blocks.chunks_exact(r * k).flat_map(|x| {
-                    let mut coordinates = vec![0.0; d];
-                    in_space!(larger, |space| space.each_entry(|p, i, j| {
-                        match i.checked_sub(k) {
-                            None => coordinates[p] = x[i + k * j],
-                            Some(i) if i < r - k => {
-                                coordinates[p] = x[k * k + i + (r - k) * j];
-                            }
-                            Some(_) => places[j] = p,
-                        }
-                    }));
-                    coordinates
-                });
-                each.collect()
-            };
-            let larger_frame = |frame: &[f64]| -> Vec<f64> {
-                let rows = frame.chunks_exact(r);
-                let rows = rows.flat_map(|row| row.iter().copied().chain([0.0]));
-                rows.chain((0..=r).map(|i| f64::from(u8::from(i == r))))
-                    .collect()
-            };
-            let long = Curve {
-                x: short.x.each_ref().map(|x| coordinates(x)),
-                last: coordinates(&short.last),
-                frames: short
-                    .frames
-                    .chunks_exact(r * r)
-                    .flat_map(larger_frame)
-                    .collect(),
-                end: larger_frame(&short.end),
-            };
-            let whole = LinearBoundary::in_span(larger, &nodes, long.view(), 0.5);
-            let ends = numbers(4 * k, 0.9);
-            let short: [&[f64]; 4] = std::array::from_fn(|end| &ends[end * k..][..k]);
-            let long = short.map(|end| {
-                let mut long = vec![0.0; d];
-                for (place, x) in places.iter().zip(end) {
-                    long[*place] = *x;
-                }
-                long
-            });
-            let found = row.solve(short, Interrupt::NEVER).unwrap().unwrap();
-            let long = long.each_ref().map(Vec::as_slice);
-            let expected = whole.solve(long, Interrupt::NEVER).unwrap().unwrap();
-            let expected = expected.displacements.chunks_exact(d);
-            for (found, expected) in found.displacements.chunks_exact(k).zip(expected) {
-                for (found, place) in found.iter().zip(&places) {
-                    let expected = expected[*place];
-                    assert!(
-                        (found - expected).abs() < 1e-12,
-                        "{shape:?}: {found} {expected}"
-                    );
-                }
-            }
-        }
-    }
 }

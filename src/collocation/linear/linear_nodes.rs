@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::collocation::lane_nodes::{LaneNodes, MOST};
+use crate::collocation::lane_nodes::{FINE, LaneNodes, MOST, nodes};
 
-/// Number of nodes with which to begin for curves at rest, and additional ones for every radian of the largest velocity:
-/// those of the solver. Fewer are enough at constant speed only.
-const NODES: [f64; 2] = [15.0, 2.5];
+/// Largest velocity, in radians: faster curves are linearised by series.
+const FASTEST: f64 = 16.0;
 
 /// Largest Legendre coefficient of the last two degrees of the squared entries of frames, which turn about as fast as
 /// variations do: with those below 3e-11, variations of points were as accurate as with 64 nodes, on rest-to-rest
@@ -14,11 +13,12 @@ const NODES: [f64; 2] = [15.0, 2.5];
 /// leaves errors up to 7e-9 on such curves.
 const TAIL: f64 = 1e-12;
 
-/// The nodes with which to begin for a curve with the given largest velocity; `None` if it is too fast.
+/// The nodes with which to begin for a curve with the given largest velocity, those of the solver; `None` if it is too fast.
 pub(crate) fn linear_nodes(speed: f64) -> Option<Arc<LaneNodes>> {
-    let wanted = (NODES[0] + NODES[1] * speed).ceil();
-    let count = (wanted <= MOST as f64).then_some(wanted as usize)?;
-    LaneNodes::at_least(count)
+    match speed <= FASTEST {
+        true => LaneNodes::at_least(nodes(FINE, speed, MOST)),
+        false => None,
+    }
 }
 
 /// More nodes; `None` beyond the maximal number.

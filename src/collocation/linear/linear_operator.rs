@@ -2,8 +2,8 @@
 //!
 //! The changes `a, b` of `x', x''` at the start and `phi` of `x'''` at the nodes change `x, x', x''` by `w, w', w''`, and
 //! displace the end by `zeta`, as [`Terms`] says. The linearised equations are `phi` minus the derivative of the right-hand
-//! side, `zeta_m` for the point, and `w(1) + [zeta_h, x]` for the velocity. Of flat space they are those of polynomials, and
-//! their solution is written down; the rest is a smoothing operator, so that GMRES takes few products.
+//! side, `zeta_m` for the point, and `w(1) + [zeta_h, v]` for the velocity `v` at the end. In flat space their solution is
+//! known; the rest is a smoothing operator, so that GMRES takes few products.
 
 use super::linear_terms::Terms;
 use crate::collocation::lane_nodes::LaneNodes;

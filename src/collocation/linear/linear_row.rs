@@ -4,13 +4,14 @@
 //!
 //! ```math
 //! b' = b\,\omega + w\,({b_x'}^T b_x - \omega'') + a\,(\tau - b_x^T b_x),\qquad
-//! \zeta(s) = \Bigl( u + \int_0^s (w, 0)\, g^T \Bigr) g(s)
+//! \zeta(s) = \Bigl( (u, 0) + \int_0^s (w, 0)\, g^T \Bigr) g(s)
 //! ```
 //!
 //! with the blocks `omega` and `b_x` of `x`; for subspaces with `w (2 b_x'^T b_x - b_x^T b_x')` instead.
 
 use super::linear_terms::{CurveAtNodes, Terms, groups_of_frames, relative};
 use crate::linalg::lanes::{LANES, Lanes};
+use crate::linalg::simd::vectorised;
 use crate::space::{Quotient, Shape};
 
 /// The terms in a row outside the span.
@@ -91,13 +92,18 @@ impl Terms for InRow {
     }
 
     fn add_change(&self, group: usize, x: [&[Lanes]; 3], _: &mut [Lanes], out: &mut [Lanes]) {
-        for (matrix, x) in self.groups[group].iter().zip(x) {
-            for (x, row) in x.iter().zip(matrix.chunks_exact(self.k)) {
-                for (entry, out) in row.iter().zip(&mut *out) {
-                    *out += *x * *entry;
+        vectorised(
+            #[inline(always)]
+            || {
+                for (matrix, x) in self.groups[group].iter().zip(x) {
+                    for (x, row) in x.iter().zip(matrix.chunks_exact(self.k)) {
+                        for (entry, out) in row.iter().zip(&mut *out) {
+                            *out += *x * *entry;
+                        }
+                    }
                 }
-            }
-        }
+            },
+        );
     }
 
     fn add_change_transposed(
@@ -107,13 +113,18 @@ impl Terms for InRow {
         _: &mut [Lanes],
         out: [&mut [Lanes]; 3],
     ) {
-        for (matrix, out) in self.groups[group].iter().zip(out) {
-            for (out, row) in out.iter_mut().zip(matrix.chunks_exact(self.k)) {
-                for (entry, f) in row.iter().zip(f) {
-                    *out += *f * *entry;
+        vectorised(
+            #[inline(always)]
+            || {
+                for (matrix, out) in self.groups[group].iter().zip(out) {
+                    for (out, row) in out.iter_mut().zip(matrix.chunks_exact(self.k)) {
+                        for (entry, f) in row.iter().zip(f) {
+                            *out += *f * *entry;
+                        }
+                    }
                 }
-            }
-        }
+            },
+        );
     }
 
     fn add_transported(
@@ -123,12 +134,17 @@ impl Terms for InRow {
         _: &mut [Lanes],
         out: &mut [Lanes],
     ) {
-        let rows = self.frame(group).chunks_exact(self.r());
-        for (out, row) in out.iter_mut().zip(rows) {
-            for (x, entry) in w.iter().zip(row) {
-                *out += *x * weight * *entry;
-            }
-        }
+        vectorised(
+            #[inline(always)]
+            || {
+                let rows = self.frame(group).chunks_exact(self.r());
+                for (out, row) in out.iter_mut().zip(rows) {
+                    for (x, entry) in w.iter().zip(row) {
+                        *out += *x * weight * *entry;
+                    }
+                }
+            },
+        );
     }
 
     fn complete(&self, _: &mut [Lanes]) {}
@@ -140,12 +156,17 @@ impl Terms for InRow {
         _: &mut [Lanes],
         out: &mut [Lanes],
     ) {
-        let rows = self.frame(group).chunks_exact(self.r());
-        for (z, row) in z.iter().zip(rows) {
-            for (out, entry) in out.iter_mut().zip(row) {
-                *out += *z * weight * *entry;
-            }
-        }
+        vectorised(
+            #[inline(always)]
+            || {
+                let rows = self.frame(group).chunks_exact(self.r());
+                for (z, row) in z.iter().zip(rows) {
+                    for (out, entry) in out.iter_mut().zip(row) {
+                        *out += *z * weight * *entry;
+                    }
+                }
+            },
+        );
     }
 
     fn arrive(&self, z: &[f64], velocity: &mut [f64]) -> Vec<f64> {

@@ -75,7 +75,7 @@ pub(crate) trait Terms: Send + Sync {
         out: &mut [Lanes],
     );
 
-    /// The displacement of the end, to whose velocity its change is added.
+    /// Returns the displacement of the end, and adds the turn of its velocity.
     fn arrive(&self, z: &[f64], velocity: &mut [f64]) -> Vec<f64>;
 
     /// The transpose of `arrive`.
@@ -105,7 +105,7 @@ pub(crate) struct InSpan<S, A> {
     groups: A,
     /// Frames relative to the one at the end, as [`relative`] returns them.
     frames: Vec<Lanes>,
-    /// The skew matrix of `x` at the end.
+    /// The skew matrix of the velocity at the end that `h` turns: of `x` there, in Newton's method of the required one.
     last: Vec<f64>,
 }
 
@@ -113,7 +113,7 @@ impl<S: Homogeneous> InSpan<S, Vec<Along>> {
     fn of_curve(space: S, curve: CurveAtNodes<'_>) -> Self {
         let (d, square) = (space.dim(), space.size().pow(2));
         let group = |group: usize| {
-            let vectors = curve.x.map(|x| in_lanes(&x[group * LANES * d..], d));
+            let vectors = curve.x.map(|x| first_eight(&x[group * LANES * d..], d));
             let mut along = Along::new(space);
             along.set(space, vectors.each_ref().map(Vec::as_slice));
             along
@@ -125,7 +125,7 @@ impl<S: Homogeneous> InSpan<S, Vec<Along>> {
 }
 
 impl<S: Homogeneous, A: Borrow<[Along]> + Send + Sync> InSpan<S, A> {
-    /// From the curve at groups of nodes, frames there and at the end, and coordinates of `x` at the end.
+    /// From the curve at groups of nodes, frames there and at the end, and coordinates of the velocity at the end.
     pub(crate) fn new(
         space: S,
         groups: A,
@@ -328,7 +328,7 @@ fn write_below<S: Homogeneous>(space: S, w: &[Lanes], weight: Lanes, out: &mut [
 }
 
 /// The first eight vectors with `d` entries each.
-fn in_lanes(numbers: &[f64], d: usize) -> Vec<Lanes> {
+fn first_eight(numbers: &[f64], d: usize) -> Vec<Lanes> {
     let entry = |p: usize| Lanes(std::array::from_fn(|lane| numbers[lane * d + p]));
     (0..d).map(entry).collect()
 }
@@ -336,10 +336,12 @@ fn in_lanes(numbers: &[f64], d: usize) -> Vec<Lanes> {
 /// Frames in groups of eight.
 pub(super) fn groups_of_frames(frames: &[f64], square: usize) -> Vec<Lanes> {
     let groups = frames.chunks_exact(LANES * square);
-    groups.flat_map(|group| in_lanes(group, square)).collect()
+    groups
+        .flat_map(|group| first_eight(group, square))
+        .collect()
 }
 
-/// Frames relative to the one at the end, in groups; at last that at the start, where they are relative to it.
+/// Frames relative to the one at the end, in groups, followed by the frame at the start.
 pub(super) fn relative(frames: &[Lanes], end: &[f64], r: usize) -> Vec<Lanes> {
     let entry = |at: usize| Lanes::splat(end[at % r * r + at / r]);
     let back: Vec<Lanes> = (0..r * r).map(entry).collect();
