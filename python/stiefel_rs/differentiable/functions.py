@@ -272,7 +272,7 @@ class Functions(ABC, Generic[T]):
         t : array, shape T
             Times.
         bc_type : {"natural", "clamped", "periodic"}
-            End conditions, as for `CubicSpline`.
+            End conditions, as for `CubicSpline`. Directions of closed ones move both ends by their mean.
         manifold : Stiefel or Grassmann, optional
             What the points are, as for `riemannian_cubic`.
 
@@ -296,7 +296,7 @@ class Functions(ABC, Generic[T]):
         t : array, shape T
             Times.
         bc_type : {"natural", "clamped", "periodic"}
-            End conditions, as for `RotationSpline`.
+            End conditions, as for `RotationSpline`. Directions of closed ones move both ends by their mean.
 
         Returns
         -------
