@@ -315,7 +315,8 @@ def orthogonal_log_variation(Q: ArrayLike, dQ: ArrayLike) -> _Frames:
     Raises
     ------
     InvalidInputError, OutsideDomainError
-        As for :func:`orthogonal_log`, or mismatched shapes.
+        As for :func:`orthogonal_log`, or mismatched shapes; two angles next to pi, or next to pi and -pi, where the
+        logarithm is not differentiable.
     """
 
 def orthogonal_log_pullback(Q: ArrayLike, W: ArrayLike) -> _Frames:
@@ -337,7 +338,8 @@ def orthogonal_log_pullback(Q: ArrayLike, W: ArrayLike) -> _Frames:
     Raises
     ------
     InvalidInputError, OutsideDomainError
-        As for :func:`orthogonal_log`, or mismatched shapes.
+        As for :func:`orthogonal_log`, or mismatched shapes; two angles next to pi, or next to pi and -pi, where the
+        logarithm is not differentiable.
     """
 
 def exp_variation(S: ArrayLike, V: ArrayLike, dS: ArrayLike, dV: ArrayLike) -> _Frames:

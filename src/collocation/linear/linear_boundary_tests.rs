@@ -9,14 +9,14 @@ use crate::solve::gmres::{dot, norm};
 use crate::space::{Homogeneous, Kind, Quotient, ScalarField, Shape, in_space};
 
 /// A curve that is no cubic, with frames that are not its own: the equations are linear for any.
-struct Curve {
+struct SampledCurve {
     x: [Vec<f64>; 3],
     last: Vec<f64>,
     frames: Vec<f64>,
     end: Vec<f64>,
 }
 
-impl Curve {
+impl SampledCurve {
     /// Coordinates or blocks of a given size; `zero` entries vanish.
     fn new(nodes: &LaneNodes, size: usize, shape: Shape, zero: impl Fn(usize) -> bool) -> Self {
         let at = |derivative: usize, s: f64| -> Vec<f64> {
@@ -27,7 +27,7 @@ impl Curve {
             (0..size).map(entry).collect()
         };
         let s = &nodes.nodes.s;
-        Curve {
+        SampledCurve {
             x: std::array::from_fn(|i| s.iter().flat_map(|s| at(i, *s)).collect()),
             last: at(0, 1.0),
             frames: s.iter().flat_map(|s| frame_of(shape, *s)).collect(),
@@ -142,11 +142,11 @@ fn the_transpose_is_one() {
         let nodes = linear_nodes(speed).unwrap();
         for tension in [0.0, 3.0] {
             for zero in [0, 2] {
-                let curve = Curve::new(&nodes, d, shape, |p| zero > 0 && p % zero == 0);
+                let curve = SampledCurve::new(&nodes, d, shape, |p| zero > 0 && p % zero == 0);
                 let equations = LinearBoundary::in_span(shape, &nodes, curve.view(), tension);
                 assert_transposed(&equations);
             }
-            let curve = Curve::new(&nodes, shape.r * shape.k, shape, |_| false);
+            let curve = SampledCurve::new(&nodes, shape.r * shape.k, shape, |_| false);
             let equations = LinearBoundary::in_row(shape, &nodes, curve.view(), tension);
             assert_transposed(&equations);
         }
@@ -169,7 +169,7 @@ fn from_rest_to_rest(r: usize, total: f64) -> LinearBoundary {
         (0..r * r).map(entry).collect()
     };
     let rates: [fn(f64) -> f64; 3] = [|s| 6.0 * s * (1.0 - s), |s| 6.0 - 12.0 * s, |_| -12.0];
-    let curve = Curve {
+    let curve = SampledCurve {
         x: rates.map(|rate| s.iter().flat_map(|s| along(total * rate(*s))).collect()),
         last: vec![0.0; r - 1],
         frames: s.iter().flat_map(|s| frame(*s)).collect(),
@@ -202,8 +202,8 @@ fn rows_are_those_of_a_larger_space() {
         let larger = Shape { r: r + 1, ..shape };
         let nodes = linear_nodes(2.0).unwrap();
         // The blocks, with a skew `omega` that is zero for subspaces.
-        let mut short = Curve::new(&nodes, r * k, shape, |_| false);
-        let Curve { x, last, .. } = &mut short;
+        let mut short = SampledCurve::new(&nodes, r * k, shape, |_| false);
+        let SampledCurve { x, last, .. } = &mut short;
         let vectors = x.iter_mut().chain([last]);
         for x in vectors.flat_map(|x| x.chunks_exact_mut(r * k)) {
             let b = x.to_vec();
@@ -240,7 +240,7 @@ fn rows_are_those_of_a_larger_space() {
             rows.chain((0..=r).map(|i| f64::from(u8::from(i == r))))
                 .collect()
         };
-        let long = Curve {
+        let long = SampledCurve {
             x: short.x.each_ref().map(|x| coordinates(x)),
             last: coordinates(&short.last),
             frames: short
