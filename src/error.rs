@@ -139,8 +139,8 @@ pub enum Error {
         /// The offending rotation angle in radians.
         angle: f64,
     },
-    /// A rotation or unitary matrix at which the principal logarithm exists, but is not differentiable: two rotation angles
-    /// approach `pi`, as for rotations, or `pi` and `-pi`.
+    /// A rotation or unitary matrix at which the principal logarithm exists, but is not differentiable: two rotation
+    /// angles approach `pi`, as for rotations, or `pi` and `-pi`.
     #[error(
         "the logarithm is not differentiable: two rotation angles have a mean size of {angle:.17} (pi up to 3e-11)"
     )]
@@ -303,8 +303,8 @@ pub enum Error {
         /// The error.
         source: Box<Error>,
     },
-    /// Control points, computed from the velocities, cannot be joined although the points of the piece can: the piece is too
-    /// long or too fast for the construction.
+    /// Control points, computed from the velocities, cannot be joined although the points of the piece can: the piece
+    /// is too long or too fast for the construction.
     #[error("control points between them: {source}")]
     ControlPoints {
         /// The error.
@@ -443,7 +443,8 @@ impl Error {
         }
     }
 
-    /// The error after `steps` of at most `limit` steps with `left` time remaining, if the next step has the given length.
+    /// The error after `steps` of at most `limit` steps with `left` time remaining, if the next step has the given
+    /// length.
     pub(crate) fn too_many_steps(
         solver: &'static str,
         [steps, limit]: [usize; 2],

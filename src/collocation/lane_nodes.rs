@@ -102,7 +102,8 @@ impl LaneNodes {
         );
     }
 
-    /// Adds the gradient with respect to the values, from the one with respect to repeated integrals from 0 to the nodes.
+    /// Adds the gradient with respect to the values, from the one with respect to repeated integrals from 0 to the
+    /// nodes.
     pub(crate) fn add_transposed_integrals(
         &self,
         times: usize,
@@ -231,9 +232,9 @@ fn in_lanes(numbers: &[f64]) -> Vec<Lanes> {
         .collect()
 }
 
-/// Numbers of groups of nodes and of functions whose sums are formed at once: each waits for its last addition, and all of
-/// them are kept in registers. Boundary problems on St(20,5), with three groups, take 1.09 times as long with all groups at
-/// once, where one sum is not kept there, and 1.05 times with one group and four functions.
+/// Numbers of groups of nodes and of functions whose sums are formed at once: each waits for its last addition, and all
+/// of them are kept in registers. Boundary problems on St(20,5), with three groups, take 1.09 times as long with all
+/// groups at once, where one sum is not kept there, and 1.05 times with one group and four functions.
 const GROUPS: usize = 2;
 const ABREAST: usize = 2;
 

@@ -5,9 +5,9 @@
 //! derivatives of the matrices `S` at the nodes of every leg and the velocities at the knots, and nothing is
 //! differentiated.
 //!
-//! Single cubics between given ends are solved in frames by Newton's method ([`solve_between_ends`]), whose linear equations
-//! are those of their derivatives too ([`LinearBoundary`]); `x'''` at the nodes, `x'` and `x''` at the start are the
-//! unknowns:
+//! Single cubics between given ends are solved in frames by Newton's method ([`solve_between_ends`]), whose linear
+//! equations are those of their derivatives too ([`LinearBoundary`]); `x'''` at the nodes, `x'` and `x''` at the start
+//! are the unknowns:
 //!
 //! ```math
 //! x''' = [x'', x]_m - [[x, x']_h, x],\qquad g = g_0 + \int_0^s g\,x,\qquad x = x_0 + x_0' s + \tfrac12 x_0'' s^2 + \iiint x'''

@@ -36,8 +36,8 @@ pub(super) fn set_motion(
     }
 }
 
-/// The transpose of [`set_motion`]: the gradient with respect to `x, x', x''` at the start, and added to `f` the one with
-/// respect to `x'''` at the nodes, from those with respect to `x, x', x''` at the nodes and to `x` at the end.
+/// The transpose of [`set_motion`]: the gradient with respect to `x, x', x''` at the start, and added to `f` the one
+/// with respect to `x'''` at the nodes, from those with respect to `x, x', x''` at the nodes and to `x` at the end.
 pub(super) fn motion_transposed(
     nodes: &LaneNodes,
     by_x: [&[Lanes]; 3],
@@ -63,8 +63,8 @@ pub(super) fn motion_transposed(
     start
 }
 
-/// Sets `x'` and `x''` at the start and `x'''` at the nodes, one after another, to those of the curve of flat space with
-/// the given `x'''` whose end is displaced, and changed in its velocity, as given.
+/// Sets `x'` and `x''` at the start and `x'''` at the nodes, one after another, to those of the curve of flat space
+/// with the given `x'''` whose end is displaced, and changed in its velocity, as given.
 pub(super) fn solve_flat(
     nodes: &LaneNodes,
     f: &[Lanes],
@@ -93,8 +93,8 @@ pub(super) fn solve_flat(
     }
 }
 
-/// The transpose of [`solve_flat`]: sets `f`, and returns the gradients with respect to the displacement and to the change
-/// of the velocity.
+/// The transpose of [`solve_flat`]: sets `f`, and returns the gradients with respect to the displacement and to the
+/// change of the velocity.
 pub(super) fn flat_transposed(
     nodes: &LaneNodes,
     d: usize,

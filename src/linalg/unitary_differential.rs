@@ -1,8 +1,8 @@
 //! The derivative of the logarithm of unitary matrices, and its transpose.
 //!
-//! In an eigenbasis of `L = log Q`, with eigenvalues `i theta_a`, a function of `ad_L` multiplies entry `(a, b)` by its value
-//! at `i (theta_a - theta_b)`. In the embedding into rotations there would also be sums of angles, which are singular where
-//! two angles approach `pi`, though nothing complex is.
+//! In an eigenbasis of `L = log Q`, with eigenvalues `i theta_a`, a function of `ad_L` multiplies entry `(a, b)` by its
+//! value at `i (theta_a - theta_b)`. In the embedding into rotations there would also be sums of angles, which are
+//! singular where two angles approach `pi`, though nothing complex is.
 
 use std::f64::consts::PI;
 
@@ -21,8 +21,8 @@ use crate::error::{Error, Result};
 /// D\log_Q[F] = \frac{\mathrm{ad}_L}{1 - e^{-\mathrm{ad}_L}}\, Q^H F,\qquad L = \log Q
 /// ```
 ///
-/// It grows as the inverse of the distance of a difference of two angles from `2 pi`, of an angle near `pi` from one near
-/// `-pi`, and is refused next to it. Source: see Higham (2008), "Functions of Matrices", sec. 10.2. Cost `O(m^3)`.
+/// It grows as the inverse of the distance of a difference of two angles from `2 pi`, of an angle near `pi` from one
+/// near `-pi`, and is refused next to it. Source: see Higham (2008), "Functions of Matrices", sec. 10.2. Cost `O(m^3)`.
 ///
 /// # Examples
 /// ```

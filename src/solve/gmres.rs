@@ -4,8 +4,8 @@ use std::convert::Infallible;
 
 use crate::linalg::lanes::LANES;
 
-/// Maximal number of directions. The operators of chains need three to ten; those of linearised cubics 3 at rest, 9 at a
-/// speed of 1, 15 to 23 from 3 to 8.
+/// Maximal number of directions. The operators of chains need three to ten; those of linearised cubics needed 3 at
+/// rest, 9 at a speed of 1, 15 to 23 from 3 to 8, with four vectors per node as unknowns.
 const MAX_DIRECTIONS: usize = 40;
 
 /// GMRES, the generalised minimal residual method, with buffers allocated once per size.

@@ -1,6 +1,7 @@
 //! The curve of a solved boundary value problem as polynomials in powers of the time from its middle.
 //!
-//! `x` is the third integral of `x'''`, and the points `S = g e` of `k` columns `e` of the identity are the fourth integral of
+//! `x` is the third integral of `x'''`, and the points `S = g e` of `k` columns `e` of the identity are the fourth
+//! integral of
 //!
 //! ```math
 //! S^{(j)} = g\,M_j\,e,\qquad M_1 = x,\qquad M_{j+1} = x\,M_j + M_j'

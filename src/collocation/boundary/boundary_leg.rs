@@ -166,8 +166,8 @@ impl<'d, S: Homogeneous> BoundaryLeg<'d, S> {
         }
     }
 
-    /// With `u = target^T g` at the end, and its part `q` in `H`, the displacement of the end is the skew part of `q^T u`
-    /// in `m`, up to the third order.
+    /// With `u = target^T g` at the end, and its part `q` in `H`, the displacement of the end is the skew part of `q^T
+    /// u` in `m`, up to the third order.
     fn set_residual_at_end(&mut self) {
         let (space, r) = (self.space, self.space.size());
         let square = r * r;

@@ -1,8 +1,8 @@
 //! Boundary value problems of single cubics by Newton's method at Gauss nodes.
 //!
-//! The linear equations are those of flat space plus a smoothing operator, so GMRES, preconditioned
-//! by flat space, solves them in a few products. The first steps use few nodes; the number that the curve needs is chosen
-//! where they have led, and raised until the last Legendre coefficients of the frames are negligible, and up to 32 nodes also
+//! The linear equations are those of flat space plus a smoothing operator, so GMRES, preconditioned by flat space,
+//! solves them in a few products. The first steps use few nodes; the number that the curve needs is chosen where they
+//! have led, and raised until the last Legendre coefficients of the frames are negligible, and up to 32 nodes also
 //! those of the fourth derivative of the points.
 //!
 //! # Source
@@ -35,16 +35,16 @@ const ROUGH: f64 = 1e-3;
 const INSIDE: f64 = 1e-12;
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
-/// Largest size of the last Legendre coefficients of the frames' derivative: integrals over the whole interval are far more
-/// accurate, so that `x'` and `x''` at the start are exact to round-off.
+/// Largest size of the last Legendre coefficients of the frames' derivative: integrals over the whole interval are far
+/// more accurate, so that `x'` and `x''` at the start are exact to round-off.
 const TAIL: f64 = 1e-11;
 
-/// Number of multiplications in one product with the linearised equations beyond which another method is used: work, memory
-/// and time without a poll for interruption grow with it. An estimate of a second, not measured.
+/// Number of multiplications in one product with the linearised equations beyond which another method is used: work,
+/// memory and time without a poll for interruption grow with it. An estimate of a second, not measured.
 const LARGEST: f64 = 1e9;
 
-/// Largest relative residual of a solution of the linear equations; smaller ones near the solution, where Newton's method
-/// squares the residual.
+/// Largest relative residual of a solution of the linear equations; smaller ones near the solution, where Newton's
+/// method squares the residual.
 const FORCING: f64 = 0.1;
 
 /// Linear equations are not solved more accurately than this fraction of the tolerance.
@@ -88,8 +88,8 @@ pub(crate) struct SolvedLeg {
     pub(crate) curve: Option<Dense>,
 }
 
-/// The cubic between given ends that Newton's method finds from `x'` and `x''` at the start; none if the curve is too fast
-/// for this method, or the space too large.
+/// The cubic between given ends that Newton's method finds from `x'` and `x''` at the start; none if the curve is too
+/// fast for this method, or the space too large.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -152,8 +152,8 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
         })
     }
 
-    /// The solution, on as many nodes as its frames need, and its polynomials with it; without these, if they would need too
-    /// many.
+    /// The solution, on as many nodes as its frames need, and its polynomials with it; without these, if they would
+    /// need too many.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -206,8 +206,8 @@ impl<'a, S: Homogeneous> Newton<'a, S> {
         }
     }
 
-    /// Takes one step; returns `false` if no step reduces the residual, if nothing is left of it although the end is not the
-    /// given one, or if no work is left.
+    /// Takes one step; returns `false` if no step reduces the residual, if nothing is left of it although the end is
+    /// not the given one, or if no work is left.
     ///
     /// # Errors
     /// `Interrupted`.

@@ -45,8 +45,8 @@ impl SampledCurve {
     }
 }
 
-/// A frame of the space, by rows: for complex ones with the blocks of real and imaginary parts of points and normals, of
-/// a real frame and phases.
+/// A frame of the space, by rows: for complex ones with the blocks of real and imaginary parts of points and normals,
+/// of a real frame and phases.
 fn frame_of(Shape { r, k, kind }: Shape, s: f64) -> Vec<f64> {
     if kind.field == ScalarField::Real {
         return frame(r, s);

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use crate::collocation::lane_nodes::{FINE, LaneNodes, MOST, nodes};
 
-/// Largest velocity, in radians: faster curves are linearised by series.
+/// Largest velocity, in radians: faster curves are linearised by series. Both were not timed side by side; at constant
+/// speed, 12 nodes and 2.2 per radian are enough, which are 48 here.
 const FASTEST: f64 = 16.0;
 
 /// Largest Legendre coefficient of the last two degrees of the squared entries of frames, which turn about as fast as
@@ -13,7 +14,8 @@ const FASTEST: f64 = 16.0;
 /// leaves errors up to 7e-9 on such curves.
 const TAIL: f64 = 1e-12;
 
-/// The nodes with which to begin for a curve with the given largest velocity, those of the solver; `None` if it is too fast.
+/// The nodes with which to begin for a curve with the given largest velocity, those of the solver; `None` if it is too
+/// fast.
 pub(crate) fn linear_nodes(speed: f64) -> Option<Arc<LaneNodes>> {
     match speed <= FASTEST {
         true => LaneNodes::at_least(nodes(FINE, speed, MOST)),

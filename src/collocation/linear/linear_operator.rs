@@ -1,9 +1,9 @@
 //! The linearised equations of a cubic between given ends, preconditioned by those of flat space, and their transpose.
 //!
-//! The changes `a, b` of `x', x''` at the start and `phi` of `x'''` at the nodes change `x, x', x''` by `w, w', w''`, and
-//! displace the end by `zeta`, as [`Terms`] says. The linearised equations are `phi` minus the derivative of the right-hand
-//! side, `zeta_m` for the point, and `w(1) + [zeta_h, v]` for the velocity `v` at the end. In flat space their solution is
-//! known; the rest is a smoothing operator, so that GMRES takes few products.
+//! The changes `a, b` of `x', x''` at the start and `phi` of `x'''` at the nodes change `x, x', x''` by `w, w', w''`,
+//! and displace the end by `zeta`, as [`Terms`] says. The linearised equations are `phi` minus the derivative of the
+//! right-hand side, `zeta_m` for the point, and `w(1) + [zeta_h, v]` for the velocity `v` at the end. In flat space
+//! their solution is known; the rest is a smoothing operator, so that GMRES takes few products.
 
 use super::linear_terms::Terms;
 use crate::collocation::lane_nodes::LaneNodes;
@@ -85,8 +85,8 @@ impl<'a> Operator<'a> {
         }
     }
 
-    /// The preconditioned right-hand side for the displacement `u` and the change `w` of the velocity at the start and at
-    /// the end.
+    /// The preconditioned right-hand side for the displacement `u` and the change `w` of the velocity at the start and
+    /// at the end.
     pub(crate) fn right_hand_side(&mut self, [u0, w0, u1, w1]: [&[f64]; 4]) -> Vec<f64> {
         let [point, velocity] = self.respond([u0, w0], &vec![0.0; self.size()]);
         let missing = |wanted: &[f64], found: &[f64]| -> Vec<f64> {
@@ -99,8 +99,8 @@ impl<'a> Operator<'a> {
         out
     }
 
-    /// The gradient with respect to `(u_0, w_0, u_1, w_1)` of a function of the solution, from the solution of the transposed
-    /// equations.
+    /// The gradient with respect to `(u_0, w_0, u_1, w_1)` of a function of the solution, from the solution of the
+    /// transposed equations.
     pub(crate) fn right_hand_side_transposed(&mut self, y: &[f64]) -> [Vec<f64>; 4] {
         let by_ends = flat_transposed(self.nodes, self.terms.dim(), y, &mut self.f);
         let Transposed { arrived, start } = self.transposed(&by_ends);
@@ -112,7 +112,8 @@ impl<'a> Operator<'a> {
         [point, velocity, by_point, by_velocity]
     }
 
-    /// The displacements at the nodes, one node after another, by that of the start and the change of the velocity there.
+    /// The displacements at the nodes, one node after another, by that of the start and the change of the velocity
+    /// there.
     pub(crate) fn displacements(&mut self, start: [&[f64]; 2], y: &[f64]) -> Vec<f64> {
         let (terms, d, size) = (self.terms, self.terms.dim(), self.terms.transported());
         self.set_vectors(start[1], y);
@@ -180,8 +181,8 @@ impl<'a> Operator<'a> {
         ([self.projected_to_start(&total), w], y)
     }
 
-    /// Sets the equations for `u` and `w` at the start and the unknowns; returns the displacement of the end and the change
-    /// of its velocity.
+    /// Sets the equations for `u` and `w` at the start and the unknowns; returns the displacement of the end and the
+    /// change of its velocity.
     fn respond(&mut self, [u, w]: [&[f64]; 2], y: &[f64]) -> [Vec<f64>; 2] {
         let (terms, d) = (self.terms, self.terms.dim());
         let mut velocity = self.set_vectors(w, y);
@@ -208,8 +209,8 @@ impl<'a> Operator<'a> {
         [terms.arrive(&z, &mut velocity), velocity]
     }
 
-    /// The transpose of `respond`, from the gradients with respect to the equations, in `f`, and to the end; the gradient with
-    /// respect to `phi` is left in `image`.
+    /// The transpose of `respond`, from the gradients with respect to the equations, in `f`, and to the end; the
+    /// gradient with respect to `phi` is left in `image`.
     fn transposed(&mut self, [by_point, by_velocity]: &[Vec<f64>; 2]) -> Transposed {
         let (terms, d) = (self.terms, self.terms.dim());
         let z = terms.arrive_transposed(by_point, by_velocity);

@@ -25,8 +25,8 @@ struct InRow {
     last: Vec<f64>,
 }
 
-/// The terms for a row outside the span, from the blocks of vectors: `omega`, then `b`, in column-major order; `r` rows in
-/// total.
+/// The terms for a row outside the span, from the blocks of vectors: `omega`, then `b`, in column-major order; `r` rows
+/// in total.
 pub(crate) fn in_row(shape: Shape, curve: CurveAtNodes<'_>) -> Box<dyn Terms> {
     let Shape { r, k, kind } = shape;
     let size = r * k;

@@ -1,6 +1,7 @@
 //! The linearised equation of a cubic, and how changes of its vector displace the points after them, at Gauss nodes.
 //!
-//! Along a family of curves `g' = g x`, let `w, a, b` be the changes of `x, x', x''`. They satisfy `w' = a`, `a' = b` and
+//! Along a family of curves `g' = g x`, let `w, a, b` be the changes of `x, x', x''`. They satisfy `w' = a`, `a' = b`
+//! and
 //!
 //! ```math
 //! b' = [b, x]_m + [x'', w]_m - [[w, x']_h + [x, a]_h, x] - [[x, x']_h, w] + \tau a
@@ -12,8 +13,8 @@
 //! \zeta(s) = g^{-1} \delta g = \operatorname{Ad}_{g(s)^{-1}} \Bigl( u + \int_0^s \operatorname{Ad}_{g} w \Bigr)
 //! ```
 //!
-//! Its part in `m` displaces the point, and its part in `h` turns the velocity by `[zeta_h, x]`. Rows outside of the span of
-//! the curve are in [`linear_row`](super::linear_row).
+//! Its part in `m` displaces the point, and its part in `h` turns the velocity by `[zeta_h, x]`. Rows outside of the
+//! span of the curve are in [`linear_row`](super::linear_row).
 //!
 //! # Source
 //! Derived here, by differentiating `g' = g x` and the equation of cubics in the frame of the curve.
@@ -196,7 +197,8 @@ impl<S: Homogeneous, A: Borrow<[Along]> + Send + Sync> Terms for InSpan<S, A> {
         );
     }
 
-    /// `Ad_g w` is twice the skew part of `g y g^T`, for the part `y` of `w` below the diagonal; the sum is of `g y g^T`.
+    /// `Ad_g w` is twice the skew part of `g y g^T`, for the part `y` of `w` below the diagonal; the sum is of `g y
+    /// g^T`.
     fn add_transported(
         &self,
         group: usize,

@@ -16,8 +16,9 @@ pub(crate) struct Orders {
 /// rad apart with a tension of 45 or more in the time of a leg are not solved.
 pub(crate) const MOST: usize = 64;
 
-/// Maximal number of terms of the legs of a linearised curve; legs that need more are split, and treated one by one. With 40,
-/// 143 of the 199 legs of a spline through rotations 0.75 rad apart are, since eight at once take as many terms as the fastest.
+/// Maximal number of terms of the legs of a linearised curve; legs that need more are split, and treated one by one.
+/// With 40, 143 of the 199 legs of a spline through rotations 0.75 rad apart are, since eight at once take as many
+/// terms as the fastest.
 pub(crate) const LONGEST: usize = 56;
 
 /// Number of terms added to a leg whose truncation error is too large; anything from 1 to 5 takes as long.

@@ -68,8 +68,8 @@ pub(crate) struct MiddleVariation<T: Field> {
     pub(crate) eta: Vec<T>,
     nodes: Cow<'static, [Node]>,
     /// Coefficients of the change of `x` for a few columns at once, as vectors and as matrices; and of the change of
-    /// `w_h`. For rotations as axial vectors for all columns, a few after the other, and the coefficients by which they are
-    /// multiplied.
+    /// `w_h`. For rotations as axial vectors for all columns, a few after the other, and the coefficients by which they
+    /// are multiplied.
     terms: Vec<T::Columns>,
     weighted: Vec<T>,
     matrices: Vec<T::Columns>,
