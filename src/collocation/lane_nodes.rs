@@ -126,12 +126,10 @@ impl LaneNodes {
         let count = self.count();
         let row = &self.nodes.at[times][count * count..];
         for (values, factors) in values.chunks_exact(functions).zip(row.chunks_exact(LANES)) {
+            let mut weights = Lanes::ZERO;
+            weights.0.copy_from_slice(factors);
             for (value, out) in values.iter().zip(&mut *out) {
-                let mut sum = 0.0;
-                for (x, factor) in value.0.iter().zip(factors) {
-                    sum += x * factor;
-                }
-                *out += sum;
+                *out += (*value * weights).sum();
             }
         }
     }
@@ -341,7 +339,7 @@ mod tests {
     ) {
         let dot = |one: &[Lanes], other: &[Lanes]| -> f64 {
             let each = one.iter().zip(other);
-            each.map(|(x, y)| (*x * *y).0.iter().sum::<f64>()).sum()
+            each.map(|(x, y)| (*x * *y).sum()).sum()
         };
         let at = |seed: f64| Lanes(std::array::from_fn(|lane| (seed + 1.3 * lane as f64).cos()));
         let y: Vec<Lanes> = (0..values.len()).map(|i| at(0.7 * i as f64)).collect();

@@ -51,6 +51,13 @@ impl Lanes {
         Lanes([x; LANES])
     }
 
+    /// The sum of all lanes, by halves: one after another, each addition would wait for the one before.
+    #[inline(always)]
+    pub(crate) fn sum(self) -> f64 {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        ((a + e) + (c + g)) + ((b + f) + (d + h))
+    }
+
     /// Absolute value.
     #[inline(always)]
     pub(crate) fn abs(self) -> Self {

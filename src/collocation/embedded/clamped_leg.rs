@@ -118,7 +118,7 @@ impl ClampedLeg {
             if equation.kind.quotient == Quotient::Subspaces {
                 let products = equation.product([s[0], s[1]], buffers);
                 for (drift, product) in drift.iter_mut().zip(products) {
-                    *drift += (*product * *weights).0.iter().sum::<f64>();
+                    *drift += (*product * *weights).sum();
                 }
             }
         }

@@ -26,17 +26,14 @@ pub(crate) struct Operator<'a> {
     f: Vec<Lanes>,
     image: Vec<Lanes>,
     x: [Vec<Lanes>; 3],
-    /// The sum of what is transported to the end.
+    /// The sum of what is transported to the end, by lanes and in all.
     sum: Vec<Lanes>,
-    buffer: Vec<Lanes>,
-}
-
-/// Gradients with respect to the data and the unknowns.
-struct Transposed {
-    /// With respect to what is transported to the end.
     arrived: Vec<f64>,
-    /// With respect to `x, x', x''` at the start; the one with respect to `x'''` is in a buffer.
+    /// The displacement of the end, and the change of its velocity; `w, w', w''` at the start, of which the first vanishes
+    /// unless given.
+    end: [Vec<f64>; 2],
     start: [Vec<f64>; 3],
+    buffer: Vec<Lanes>,
 }
 
 impl<'a> Operator<'a> {
@@ -51,6 +48,9 @@ impl<'a> Operator<'a> {
             image: zeros(size),
             x: std::array::from_fn(|_| zeros(size)),
             sum: zeros(terms.transported()),
+            arrived: vec![0.0; terms.transported()],
+            end: [vec![0.0; terms.dim()], vec![0.0; terms.dim()]],
+            start: std::array::from_fn(|_| vec![0.0; terms.dim()]),
             buffer: zeros(terms.buffer()),
         }
     }
@@ -70,14 +70,13 @@ impl<'a> Operator<'a> {
         let d = self.terms.dim();
         match way {
             Way::Forward => {
-                let zero = vec![0.0; d];
-                let [point, velocity] = self.respond([&zero, &zero], y);
-                solve_flat(self.nodes, &self.image, &point, &velocity, out);
+                self.respond(None, y);
+                let [point, velocity] = &self.end;
+                solve_flat(self.nodes, &self.image, point, velocity, out);
             }
             Way::Transposed => {
-                let by_ends = flat_transposed(self.nodes, d, y, &mut self.f);
-                let Transposed { start, .. } = self.transposed(&by_ends);
-                let [_, a, b] = &start;
+                self.respond_transposed(y);
+                let [_, a, b] = &self.start;
                 out[..d].copy_from_slice(a);
                 out[d..2 * d].copy_from_slice(b);
                 write_numbers(&self.image, &mut out[2 * d..]);
@@ -88,27 +87,29 @@ impl<'a> Operator<'a> {
     /// The preconditioned right-hand side for the displacement `u` and the change `w` of the velocity at the start and
     /// at the end.
     pub(crate) fn right_hand_side(&mut self, [u0, w0, u1, w1]: [&[f64]; 4]) -> Vec<f64> {
-        let [point, velocity] = self.respond([u0, w0], &vec![0.0; self.size()]);
-        let missing = |wanted: &[f64], found: &[f64]| -> Vec<f64> {
-            wanted.iter().zip(found).map(|(x, y)| x - y).collect()
-        };
-        let (point, velocity) = (missing(u1, &point), missing(w1, &velocity));
+        self.respond(Some([u0, w0]), &vec![0.0; self.size()]);
+        for (found, wanted) in self.end.iter_mut().zip([u1, w1]) {
+            for (found, wanted) in found.iter_mut().zip(wanted) {
+                *found = wanted - *found;
+            }
+        }
+        let [point, velocity] = &self.end;
         self.image.iter_mut().for_each(|x| *x = -*x);
         let mut out = vec![0.0; self.size()];
-        solve_flat(self.nodes, &self.image, &point, &velocity, &mut out);
+        solve_flat(self.nodes, &self.image, point, velocity, &mut out);
         out
     }
 
     /// The gradient with respect to `(u_0, w_0, u_1, w_1)` of a function of the solution, from the solution of the
     /// transposed equations.
     pub(crate) fn right_hand_side_transposed(&mut self, y: &[f64]) -> [Vec<f64>; 4] {
-        let by_ends = flat_transposed(self.nodes, self.terms.dim(), y, &mut self.f);
-        let Transposed { arrived, start } = self.transposed(&by_ends);
-        let (mut point, [mut velocity, ..]) = (self.projected_to_start(&arrived), start);
+        self.respond_transposed(y);
+        let [mut velocity, ..] = self.start.clone();
+        let mut point = self.projected_to_start(&self.arrived.clone());
         for x in point.iter_mut().chain(&mut velocity) {
             *x = -*x;
         }
-        let [by_point, by_velocity] = by_ends;
+        let [by_point, by_velocity] = self.end.clone();
         [point, velocity, by_point, by_velocity]
     }
 
@@ -116,7 +117,7 @@ impl<'a> Operator<'a> {
     /// there.
     pub(crate) fn displacements(&mut self, start: [&[f64]; 2], y: &[f64]) -> Vec<f64> {
         let (terms, d, size) = (self.terms, self.terms.dim(), self.terms.transported());
-        self.set_vectors(start[1], y);
+        self.set_vectors(Some(start[1]), y);
         let groups = self.nodes.groups();
         let mut rates = vec![Lanes::ZERO; groups * size];
         for (group, rate) in rates.chunks_exact_mut(size).enumerate() {
@@ -162,7 +163,7 @@ impl<'a> Operator<'a> {
         let mut total = vec![0.0; size];
         for load in loads.chunks_exact(size) {
             for (total, x) in total.iter_mut().zip(load) {
-                *total += x.0.iter().sum::<f64>();
+                *total += x.sum();
             }
         }
         let mut rates = vec![Lanes::ZERO; groups * size];
@@ -175,17 +176,19 @@ impl<'a> Operator<'a> {
         }
         self.image.fill(Lanes::ZERO);
         let x = self.x.each_ref().map(Vec::as_slice);
-        let [w, a, b] = motion_transposed(self.nodes, x, &vec![0.0; d], &mut self.image);
+        let start = self.start.each_mut().map(Vec::as_mut_slice);
+        motion_transposed(self.nodes, x, &vec![0.0; d], &mut self.image, start);
+        let [w, a, b] = self.start.clone();
         let mut y = [a, b, vec![0.0; self.nodes.count() * d]].concat();
         write_numbers(&self.image, &mut y[2 * d..]);
         ([self.projected_to_start(&total), w], y)
     }
 
-    /// Sets the equations for `u` and `w` at the start and the unknowns; returns the displacement of the end and the
-    /// change of its velocity.
-    fn respond(&mut self, [u, w]: [&[f64]; 2], y: &[f64]) -> [Vec<f64>; 2] {
+    /// Sets the equations, the displacement of the end and the change of its velocity, for the unknowns and for `u` and
+    /// `w` at the start, which are zero if not given.
+    fn respond(&mut self, start: Option<[&[f64]; 2]>, y: &[f64]) {
         let (terms, d) = (self.terms, self.terms.dim());
-        let mut velocity = self.set_vectors(w, y);
+        self.set_vectors(start.map(|[_, w]| w), y);
         self.sum.fill(Lanes::ZERO);
         for group in 0..self.nodes.groups() {
             let at = group * d;
@@ -200,21 +203,29 @@ impl<'a> Operator<'a> {
             terms.add_transported(group, weighted, &mut self.buffer, &mut self.sum);
         }
         terms.complete(&mut self.sum);
-        let mut z: Vec<f64> = self.sum.iter().map(|x| x.0.iter().sum()).collect();
-        if u.iter().any(|x| *x != 0.0) {
-            for (z, first) in z.iter_mut().zip(self.transported_start(u)) {
+        for (z, sum) in self.arrived.iter_mut().zip(&self.sum) {
+            *z = sum.sum();
+        }
+        if let Some([u, _]) = start {
+            let first = self.transported_start(u);
+            for (z, first) in self.arrived.iter_mut().zip(first) {
                 *z += first.0[0];
             }
         }
-        [terms.arrive(&z, &mut velocity), velocity]
+        let [point, velocity] = &mut self.end;
+        terms.arrive(&self.arrived, point, velocity);
     }
 
-    /// The transpose of `respond`, from the gradients with respect to the equations, in `f`, and to the end; the
-    /// gradient with respect to `phi` is left in `image`.
-    fn transposed(&mut self, [by_point, by_velocity]: &[Vec<f64>; 2]) -> Transposed {
+    /// The transpose of `respond`, with that of the equations of flat space: the gradients with respect to the end, to what is
+    /// transported there, to `w, w', w''` at the start, and in `image` to `phi`.
+    fn respond_transposed(&mut self, y: &[f64]) {
         let (terms, d) = (self.terms, self.terms.dim());
-        let z = terms.arrive_transposed(by_point, by_velocity);
-        let arrived: Vec<Lanes> = z.iter().map(|x| Lanes::splat(*x)).collect();
+        let [by_point, by_velocity] = &mut self.end;
+        flat_transposed(self.nodes, y, &mut self.f, [by_point, by_velocity]);
+        terms.arrive_transposed([by_point, by_velocity], &mut self.arrived);
+        for (lanes, x) in self.sum.iter_mut().zip(&self.arrived) {
+            *lanes = Lanes::splat(*x);
+        }
         for group in 0..self.nodes.groups() {
             let at = group * d;
             let f = &self.f[at..][..d];
@@ -229,29 +240,30 @@ impl<'a> Operator<'a> {
             for x in w.iter_mut().chain(a).chain(b) {
                 *x = -*x;
             }
-            let weighted = (self.nodes.weights[group], arrived.as_slice());
+            let weighted = (self.nodes.weights[group], self.sum.as_slice());
             terms.add_projected(group, weighted, &mut self.buffer, w);
         }
         self.image.copy_from_slice(&self.f);
         let x = self.x.each_ref().map(Vec::as_slice);
-        let start = motion_transposed(self.nodes, x, by_velocity, &mut self.image);
-        Transposed { arrived: z, start }
+        let start = self.start.each_mut().map(Vec::as_mut_slice);
+        motion_transposed(self.nodes, x, by_velocity, &mut self.image, start);
     }
 
-    /// Sets `phi` and `w, w', w''` at the nodes; returns `w` at the end.
-    fn set_vectors(&mut self, first: &[f64], y: &[f64]) -> Vec<f64> {
-        let d = first.len();
+    /// Sets `phi`, `w, w', w''` at the nodes, and `w` at the end.
+    fn set_vectors(&mut self, first: Option<&[f64]>, y: &[f64]) {
+        let d = self.terms.dim();
         let (a, rest) = y.split_at(d);
         let (b, phi) = rest.split_at(d);
         for (lanes, numbers) in self.f.iter_mut().zip(phi.chunks_exact(LANES)) {
             lanes.0.copy_from_slice(numbers);
         }
-        let mut last: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; d]);
+        let ([_, velocity], [start, ..]) = (&mut self.end, &mut self.start);
+        match first {
+            Some(first) => start.copy_from_slice(first),
+            None => start.fill(0.0),
+        }
         let x = self.x.each_mut().map(Vec::as_mut_slice);
-        let at_end = last.each_mut().map(Vec::as_mut_slice);
-        set_motion(self.nodes, [first, a, b], &self.f, x, at_end);
-        let [velocity, ..] = last;
-        velocity
+        set_motion(self.nodes, [start, a, b], &self.f, x, [velocity]);
     }
 
     /// The displacement of the start, transported to the end; the same in all lanes.

@@ -169,21 +169,21 @@ impl Terms for InRow {
         );
     }
 
-    fn arrive(&self, z: &[f64], velocity: &mut [f64]) -> Vec<f64> {
-        let (point, turning) = z.split_at(self.k);
+    fn arrive(&self, z: &[f64], point: &mut [f64], velocity: &mut [f64]) {
+        let (shift, turning) = z.split_at(self.k);
         let columns = self.last.chunks_exact(turning.len().max(1));
         for (velocity, column) in velocity.iter_mut().zip(columns) {
             *velocity += turning.iter().zip(column).map(|(z, x)| z * x).sum::<f64>();
         }
-        point.to_vec()
+        point.copy_from_slice(shift);
     }
 
-    fn arrive_transposed(&self, point: &[f64], velocity: &[f64]) -> Vec<f64> {
+    fn arrive_transposed(&self, [point, velocity]: [&[f64]; 2], z: &mut [f64]) {
         let m = self.r() - self.k;
-        let turning = (0..m).map(|i| {
+        z[..self.k].copy_from_slice(point);
+        for (i, z) in z[self.k..].iter_mut().enumerate() {
             let entries = velocity.iter().zip(self.last[i..].iter().step_by(m));
-            entries.map(|(v, x)| v * x).sum()
-        });
-        point.iter().copied().chain(turning).collect()
+            *z = entries.map(|(v, x)| v * x).sum();
+        }
     }
 }

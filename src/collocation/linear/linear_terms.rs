@@ -76,11 +76,11 @@ pub(crate) trait Terms: Send + Sync {
         out: &mut [Lanes],
     );
 
-    /// Returns the displacement of the end, and adds the turn of its velocity.
-    fn arrive(&self, z: &[f64], velocity: &mut [f64]) -> Vec<f64>;
+    /// Sets the displacement of the end, and adds the turn of its velocity.
+    fn arrive(&self, z: &[f64], point: &mut [f64], velocity: &mut [f64]);
 
     /// The transpose of `arrive`.
-    fn arrive_transposed(&self, point: &[f64], velocity: &[f64]) -> Vec<f64>;
+    fn arrive_transposed(&self, by_end: [&[f64]; 2], z: &mut [f64]);
 }
 
 /// A curve at Gauss nodes: the number of nodes is a multiple of eight.
@@ -274,25 +274,22 @@ impl<S: Homogeneous, A: Borrow<[Along]> + Send + Sync> Terms for InSpan<S, A> {
         );
     }
 
-    fn arrive(&self, z: &[f64], velocity: &mut [f64]) -> Vec<f64> {
+    fn arrive(&self, z: &[f64], point: &mut [f64], velocity: &mut [f64]) {
         let space = self.space;
-        let mut point = vec![0.0; space.dim()];
         space.each_entry(|p, i, j| point[p] = space.skew_coordinate(z, [i, j]));
         if space.isotropy_dim() > 0 {
             let mut back = vec![0.0; space.isotropy_dim()];
             space.each_isotropy_entry(|p, i, j| back[p] = -space.skew_coordinate(z, [i, j]));
             space.subtract_action(&back, &self.last, velocity);
         }
-        point
     }
 
     /// `<[z, x], v> = <z, [x, v]>`.
-    fn arrive_transposed(&self, point: &[f64], velocity: &[f64]) -> Vec<f64> {
-        let (space, square) = (self.space, self.space.size().pow(2));
-        let (mut z, mut other) = (vec![0.0; square], vec![0.0; square]);
-        space.matrix_into(point, &mut z);
+    fn arrive_transposed(&self, [point, velocity]: [&[f64]; 2], z: &mut [f64]) {
+        let space = self.space;
+        space.matrix_into(point, z);
         if space.isotropy_dim() > 0 {
-            let mut turning = vec![0.0; space.isotropy_dim()];
+            let (mut turning, mut other) = (vec![0.0; space.isotropy_dim()], vec![0.0; z.len()]);
             space.matrix_into(velocity, &mut other);
             space.add_isotropy_bracket(&self.last, &other, 1.0, &mut turning);
             space.isotropy_matrix_into(&turning, &mut other);
@@ -300,7 +297,6 @@ impl<S: Homogeneous, A: Borrow<[Along]> + Send + Sync> Terms for InSpan<S, A> {
                 *z += other;
             }
         }
-        z
     }
 }
 
