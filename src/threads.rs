@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use rayon::prelude::*;
 
 /// Microseconds of work that are not worth waking the pool, which takes 20 to 40 of them.
-const ALONE: f64 = 80.0;
+pub(crate) const ALONE: f64 = 80.0;
 
 /// Most items that are kept together in one task.
 const TOGETHER: usize = 8;
@@ -112,7 +112,7 @@ fn on_pool(count: usize, least: usize, task: &(dyn Fn(Range<usize>) + Sync)) {
 
 /// Locks a part, which only one task uses, or the list of values, to which a task appends. A panic in a task reaches the
 /// caller through the pool, so it is not looked for here.
-fn lock<T>(data: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn lock<T>(data: &Mutex<T>) -> MutexGuard<'_, T> {
     data.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

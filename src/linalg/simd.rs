@@ -1,8 +1,9 @@
 //! Loops compiled for the vector instructions detected at run time.
 
 use std::convert::Infallible;
+use std::sync::Mutex;
 
-use crate::threads::{self, ALWAYS, is_alone};
+use crate::threads::{self, is_alone, lock};
 
 /// Number of groups per task of the thread pool, and total number up to which the pool is not used.
 const TASK: usize = 8;
@@ -56,25 +57,63 @@ pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
     Four::run(work)
 }
 
-/// Runs `work` on every item, compiled for vectors of the given width, in tasks of the thread pool if there are
-/// more than a few; results do not depend on the number of threads.
+/// Buffers for [`each`], one for every thread that works at the same time; they are kept for the next call.
+pub(crate) struct Buffers<B> {
+    /// Those of the calling thread, of which others get copies.
+    pub(crate) own: B,
+    spare: Mutex<Vec<B>>,
+}
+
+impl<B> Buffers<B> {
+    pub(crate) fn new(own: B) -> Self {
+        Buffers {
+            own,
+            spare: Mutex::new(Vec::new()),
+        }
+    }
+}
+
+/// Buffers that return when their thread has finished its items.
+struct Taken<'a, B> {
+    buffers: Option<B>,
+    all: &'a Buffers<B>,
+}
+
+impl<B: Clone> Taken<'_, B> {
+    fn get(&mut self) -> &mut B {
+        let spare = || lock(&self.all.spare).pop();
+        self.buffers
+            .get_or_insert_with(|| spare().unwrap_or_else(|| self.all.own.clone()))
+    }
+}
+
+impl<B> Drop for Taken<'_, B> {
+    fn drop(&mut self) {
+        lock(&self.all.spare).extend(self.buffers.take());
+    }
+}
+
+/// Runs `work` on every item, of about so many microseconds, compiled for vectors of the given width, in tasks of the thread
+/// pool if all of them take long enough; results do not depend on the number of threads.
 #[inline(always)]
-pub(crate) fn each<W: Width, A: Send, B: Clone + Sync>(
+pub(crate) fn each<W: Width, A: Send, B: Clone + Send + Sync>(
     items: &mut [A],
-    buffers: &mut B,
+    micros: f64,
+    buffers: &mut Buffers<B>,
     work: impl Fn(&mut B, usize, &mut A) + Sync,
 ) {
-    if is_alone(items.len().div_ceil(TASK), ALWAYS) {
-        return task::<W, A, B>(items, buffers, 0, &work);
+    let of_task = TASK as f64 * micros;
+    if is_alone(items.len().div_ceil(TASK), of_task) {
+        return task::<W, A, B>(items, &mut buffers.own, 0, &work);
     }
-    let buffers = &*buffers;
+    let all = &*buffers;
     let tasks = items.chunks_mut(TASK);
     let Ok(_) = threads::map_parts(
         tasks,
-        ALWAYS,
-        || buffers.clone(),
-        |buffers, i, items| {
-            task::<W, A, B>(items, buffers, TASK * i, &work);
+        of_task,
+        || Taken { buffers: None, all },
+        |taken, i, items| {
+            task::<W, A, B>(items, taken.get(), TASK * i, &work);
             Ok::<_, Infallible>(())
         },
     );

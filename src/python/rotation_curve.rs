@@ -7,10 +7,13 @@ use super::piecewise::{Cubics, PyPiecewiseCurve, Spline, SplineData};
 use super::prelude::*;
 use super::rotation_data::{ends, keyframes, times_of_members};
 use super::spline::PyCubicSpline;
-use crate::linalg::simd::ON_ONE_THREAD;
 use crate::rotation::{RotationSpline, frame};
+use crate::shooting::ROTATIONS_ON_ONE_THREAD;
 use crate::spline::{Outside, SplineOptions, check_times};
 use crate::threads::{self, ALWAYS};
+
+/// Work to solve for a spline, for each of its keyframes: about 3 us.
+const SOLVED_ROTATION: f64 = 30.0;
 
 /// Curve of rotations as unit quaternions: the form that :class:`RotationSpline` evaluates.
 ///
@@ -221,7 +224,12 @@ impl PyRotationCurve {
             given.push(SolveInput::new(py, quaternions, &bc_type, ends.given, how)?);
             conditions.push(ends.conditions);
         }
-        let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?.distributed(true);
+        let call = Call::new(
+            py,
+            num_threads,
+            SOLVED_ROTATION * entries.len() as f64 / 4.0,
+        )?
+        .distributed(true);
         let found = call.run_any(move |interrupt| {
             let options = how.options(interrupt);
             let one = |(): &mut (), member: usize| {
@@ -360,8 +368,8 @@ impl PyRotationCurve {
         let (shape, entries) = read_axes::<2>(quaternions, "quaternions", "(N, 4)")?;
         let rotations = keyframes(&shape, &entries)?;
         let GivenEnds { given, conditions } = ends(py, bc_type, &rotations)?;
-        let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?
-            .distributed(rotations.len() > ON_ONE_THREAD);
+        let call = Call::new(py, num_threads, SOLVED_ROTATION * rotations.len() as f64)?
+            .distributed(rotations.len() > ROTATIONS_ON_ONE_THREAD);
         let given = SolveInput::new(py, entries, bc_type, given, how)?;
         let spline = call.run(move |interrupt| {
             let options = how.options(interrupt);

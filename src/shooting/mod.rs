@@ -38,3 +38,5 @@ pub(crate) use linear::linear_curve::{CurvePart, LinearCurve};
 pub(crate) use linear::linearise::{DENSE, linearise, linearise_all};
 pub(crate) use lone_leg::{EndData, LoneLeg, lone_leg, lone_legs};
 pub(crate) use solve::{DescentProblem, LeastCost, least_cost, solve};
+#[cfg(feature = "python")]
+pub(crate) use taylor::durations::ROTATIONS_ON_ONE_THREAD;

@@ -2,8 +2,9 @@
 
 use crate::legs::Knots;
 use crate::linalg::field::{Field, larger, largest};
-use crate::linalg::simd::each;
+use crate::linalg::simd::{Buffers, each};
 use crate::shooting::taylor::condensed_leg::CondensedLeg;
+use crate::shooting::taylor::durations::{micros_of_series, products_of_pair};
 use crate::shooting::taylor::leg::{LegScratch, SeriesLeg};
 use crate::shooting::taylor::orders::{MOST, Orders};
 use crate::shooting::taylor::room::Room;
@@ -19,7 +20,7 @@ pub(crate) struct SeriesChain<'k, T: Field, S> {
     pub(crate) space: S,
     pub(crate) knots: &'k Knots<'k>,
     pub(crate) groups: Vec<LegGroup<'k, T>>,
-    pub(crate) buffers: ChainBuffers<T>,
+    pub(crate) buffers: Buffers<ChainBuffers<T>>,
     pub(crate) velocities: Vec<f64>,
     /// Jumps of the covariant acceleration at the knots: before minus after; at an end, minus the given one.
     pub(crate) jumps: Vec<f64>,
@@ -107,10 +108,10 @@ impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
             groups: (0..count.div_ceil(T::COUNT))
                 .map(|_| LegGroup::new(space, &mut room))
                 .collect(),
-            buffers: ChainBuffers {
+            buffers: Buffers::new(ChainBuffers {
                 leg: LegScratch::new(space, order),
                 variation: MiddleVariation::new(space, 2, most_terms(space, knots)),
-            },
+            }),
             velocities: velocities.to_vec(),
             jumps: Vec::new(),
             step: vec![0.0; velocities.len()],
@@ -130,11 +131,13 @@ impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
     pub(crate) fn set_middles(&mut self, derivatives: &[f64], order: Option<usize>) {
         let (space, knots, d) = (self.space, self.knots, self.space.dim());
         self.set_velocities();
+        let micros = order.map_or(0.0, |_| micros_of_series(space));
         each::<S::Width, _, _>(
             &mut self.groups,
-            &mut self.buffers.leg.series,
+            micros,
+            &mut self.buffers,
             #[inline(always)]
-            |series, group, LegGroup { leg, .. }| {
+            |ChainBuffers { leg: scratch, .. }, group, LegGroup { leg, .. }| {
                 let tension = leg.tension;
                 let middle = &mut leg.middle;
                 middle[0].copy_from_slice(leg.velocity);
@@ -148,6 +151,7 @@ impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
                 match order {
                     Some(order) => {
                         let start = middle.each_ref().map(|x| &**x);
+                        let series = &mut scratch.series;
                         series.set_curve(space, start, tension, order);
                         let mut before = vec![T::ZERO; d];
                         for (derivative, x) in middle.iter_mut().enumerate() {
@@ -197,9 +201,10 @@ impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
         let space = self.space;
         each::<S::Width, _, _>(
             &mut self.groups,
-            &mut self.buffers.leg,
+            micros_of_series(space),
+            &mut self.buffers,
             #[inline(always)]
-            |scratch, _, LegGroup { leg, progress, .. }| {
+            |ChainBuffers { leg: scratch, .. }, _, LegGroup { leg, progress, .. }| {
                 let orders = match is_last {
                     true => Orders::last(),
                     false => Orders::after_in(space, progress.size),
@@ -286,8 +291,7 @@ impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
 
     /// Number of products for evaluating the equations of the legs with their current series.
     pub(crate) fn products_of_series(&self) -> f64 {
-        let [d, r] = [self.space.dim(), self.space.size()].map(|size| size as f64);
-        let pair = 4.0 * r * d + r * r * r;
+        let pair = products_of_pair(self.space);
         let orders = self.groups.iter().map(|group| group.leg.order as f64);
         orders
             .map(|order| 0.5 * T::COUNT as f64 * order * order * pair)

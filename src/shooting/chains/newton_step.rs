@@ -4,8 +4,9 @@
 use super::chain::{ChainBuffers, LegGroup, SeriesChain, terms};
 use crate::legs::Ends;
 use crate::linalg::field::{Field, larger, largest};
-use crate::linalg::simd::each;
+use crate::linalg::simd::{Buffers, each};
 use crate::shooting::taylor::condensed_leg::CondensedLeg;
+use crate::shooting::taylor::durations::{micros_of_derivative, micros_of_step};
 use crate::space::Homogeneous;
 
 impl<T: Field, S: Homogeneous> SeriesChain<'_, T, S> {
@@ -13,11 +14,15 @@ impl<T: Field, S: Homogeneous> SeriesChain<'_, T, S> {
     /// singular.
     pub(crate) fn linearise(&mut self) -> bool {
         let space = self.space;
-        if self.groups.iter().all(|group| !group.progress.is_stale) {
+        let stale = self.groups.iter().filter(|group| group.progress.is_stale);
+        let stale = stale.count();
+        if stale == 0 {
             return true;
         }
+        let share = stale as f64 / self.groups.len() as f64;
         each::<S::Width, _, _>(
             &mut self.groups,
+            share * micros_of_derivative(space),
             &mut self.buffers,
             #[inline(always)]
             |ChainBuffers {
@@ -47,7 +52,8 @@ impl<T: Field, S: Homogeneous> SeriesChain<'_, T, S> {
         let (space, knots, d) = (self.space, self.knots, self.space.dim());
         each::<S::Width, _, _>(
             &mut self.groups,
-            &mut (),
+            micros_of_step(space),
+            &mut Buffers::new(()),
             #[inline(always)]
             |(), _, LegGroup { leg, linear, .. }| linear.set_constants(space, leg),
         );
@@ -60,9 +66,10 @@ impl<T: Field, S: Homogeneous> SeriesChain<'_, T, S> {
         if matches!(self.knots.ends, Ends::Periodic) {
             steps.extend_from_within(..d);
         }
-        let mut buffers = [(); 3].map(|()| vec![T::ZERO; d]);
+        let mut buffers = Buffers::new([(); 3].map(|()| vec![T::ZERO; d]));
         each::<S::Width, _, _>(
             &mut self.groups,
+            micros_of_step(space),
             &mut buffers,
             #[inline(always)]
             |[first, last, turned],

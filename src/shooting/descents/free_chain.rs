@@ -4,7 +4,8 @@ use super::chain_knots::ChainKnots;
 use super::layout::{ChainLayout, Held};
 use super::stiffness::{Stiffness, StiffnessScratch};
 use crate::linalg::field::{Field, larger, multiply, multiply_transposed, transposed_multiply};
-use crate::linalg::simd::each;
+use crate::linalg::simd::{Buffers, each};
+use crate::shooting::taylor::durations::{micros_of_derivative, micros_of_series, micros_of_step};
 use crate::shooting::taylor::leg::{LegScratch, SeriesLeg};
 use crate::shooting::taylor::orders::{MOST, Orders};
 use crate::shooting::taylor::room::Room;
@@ -24,7 +25,7 @@ pub(crate) struct FreeChain<'a, T: Field, S> {
     pub(crate) layout: ChainLayout,
     pub(crate) state: FreeChainState<T>,
     pub(crate) groups: Vec<FreeLegGroup<'a, T>>,
-    buffers: FreeChainBuffers<T>,
+    buffers: Buffers<FreeChainBuffers<T>>,
     /// The largest residual of the equations of the legs.
     pub(crate) defect: f64,
     /// `int |x'|^2 + tau |x|^2 dt / 2` of the cubics between the knots, up to second order in the defect.
@@ -48,6 +49,13 @@ pub(crate) struct FreeLegGroup<'a, T> {
 struct FreeChainBuffers<T: Field> {
     leg: LegScratch<T>,
     stiffness: StiffnessScratch<T>,
+}
+
+fn buffers<T: Field>(space: impl Homogeneous, terms: usize) -> Buffers<FreeChainBuffers<T>> {
+    Buffers::new(FreeChainBuffers {
+        leg: LegScratch::new(space, MOST),
+        stiffness: StiffnessScratch::new(space, terms),
+    })
 }
 
 /// Cost of the more accurate second derivative, as a multiple of the usual one. Without it, three of ten problems
@@ -100,10 +108,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
                     cost: T::ZERO,
                 })
                 .collect(),
-            buffers: FreeChainBuffers {
-                leg: LegScratch::new(space, MOST),
-                stiffness: StiffnessScratch::new(space, TERMS),
-            },
+            buffers: buffers(space, TERMS),
             defect: f64::INFINITY,
             own_cost: f64::INFINITY,
             cost: f64::INFINITY,
@@ -131,13 +136,13 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
 
     /// Whether the second derivative uses more terms, with an error of 1e-10 instead of a percent.
     pub(crate) fn is_fine(&self) -> bool {
-        self.buffers.stiffness.terms == MORE_TERMS
+        self.buffers.own.stiffness.terms == MORE_TERMS
     }
 
     /// Switches to that second derivative, and to series with as many terms as the curves need.
     pub(crate) fn refine(&mut self) {
         self.orders = Orders::last();
-        self.buffers.stiffness = StiffnessScratch::new(self.space, MORE_TERMS);
+        self.buffers = buffers(self.space, MORE_TERMS);
     }
 
     /// Chooses series for a gradient of the given tolerance. With all terms, evaluating legs takes 1.5 times as long.
@@ -219,9 +224,10 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         let middles = &self.state.middles;
         each::<S::Width, _, _>(
             &mut self.groups,
-            &mut self.buffers.leg,
+            micros_of_series(space),
+            &mut self.buffers,
             #[inline(always)]
-            |scratch, group, FreeLegGroup { leg, cost, .. }| {
+            |FreeChainBuffers { leg: scratch, .. }, group, FreeLegGroup { leg, cost, .. }| {
                 let state = middles[group * 3 * d..][..3 * d].chunks_exact(d);
                 for (x, from) in leg.middle.iter_mut().zip(state) {
                     x.copy_from_slice(from);
@@ -291,6 +297,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         let space = self.space;
         each::<S::Width, _, _>(
             &mut self.groups,
+            micros_of_derivative(space),
             &mut self.buffers,
             #[inline(always)]
             |buffers, _, group| {
@@ -305,7 +312,8 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         let space = self.space;
         each::<S::Width, _, _>(
             &mut self.groups,
-            &mut (),
+            micros_of_step(space),
+            &mut Buffers::new(()),
             #[inline(always)]
             |(), _, group| {
                 let FreeLegGroup {

@@ -2,6 +2,7 @@
 
 pub(crate) mod brackets;
 pub(crate) mod condensed_leg;
+pub(crate) mod durations;
 pub(crate) mod leg;
 pub(crate) mod leg_equations;
 pub(crate) mod orders;
