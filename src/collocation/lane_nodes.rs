@@ -116,6 +116,7 @@ impl LaneNodes {
     }
 
     /// Adds repeated integrals from 0 to 1.
+    #[inline(always)]
     pub(crate) fn add_integrals_to_end(
         &self,
         times: usize,
@@ -135,6 +136,7 @@ impl LaneNodes {
     }
 
     /// Adds the gradient with respect to the values, from the one with respect to repeated integrals from 0 to 1.
+    #[inline(always)]
     pub(crate) fn add_transposed_integrals_to_end(
         &self,
         times: usize,

@@ -10,6 +10,7 @@ const FLAT: [[f64; 2]; 2] = [[6.0, -2.0], [-12.0, 6.0]];
 
 /// Sets `x, x', x''` at the nodes, and the first of them at the end, from their values at the start and `x'''` at the
 /// nodes.
+#[inline(always)]
 pub(super) fn set_motion<const N: usize>(
     nodes: &LaneNodes,
     [v, a, b]: [&[f64]; 3],
@@ -39,6 +40,7 @@ pub(super) fn set_motion<const N: usize>(
 
 /// The transpose of [`set_motion`]: sets the gradient with respect to `x, x', x''` at the start, and adds to `f` the one
 /// with respect to `x'''` at the nodes, from those with respect to `x, x', x''` at the nodes and to `x` at the end.
+#[inline(always)]
 pub(super) fn motion_transposed(
     nodes: &LaneNodes,
     by_x: [&[Lanes]; 3],
@@ -69,6 +71,7 @@ pub(super) fn motion_transposed(
 
 /// Sets `x'` and `x''` at the start and `x'''` at the nodes, one after another, to those of the curve of flat space
 /// with the given `x'''` whose end is displaced, and changed in its velocity, as given.
+#[inline(always)]
 pub(super) fn solve_flat(
     nodes: &LaneNodes,
     f: &[Lanes],
@@ -100,6 +103,7 @@ pub(super) fn solve_flat(
 
 /// The transpose of [`solve_flat`]: sets `f`, and the gradients with respect to the displacement and to the change of the
 /// velocity.
+#[inline(always)]
 pub(super) fn flat_transposed(
     nodes: &LaneNodes,
     y: &[f64],
@@ -128,6 +132,7 @@ pub(super) fn flat_transposed(
 }
 
 /// Weights of the integral of the third integral: `(1 - s)^3 / 6` times those of the nodes.
+#[inline(always)]
 fn to_point(nodes: &LaneNodes) -> impl Iterator<Item = Lanes> + '_ {
     let each = nodes.s.iter().zip(&nodes.weights);
     each.map(|(s, weight)| {

@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 
 use crate::linalg::lanes::LANES;
+use crate::linalg::simd::vectorised;
 
 /// Maximal number of directions. The operators of chains need three to ten; those of linearised cubics needed 3 at
 /// rest, 9 at a speed of 1, 15 to 23 from 3 to 8, with four vectors per node as unknowns.
@@ -101,6 +102,14 @@ impl Gmres {
 
     /// Orthogonalises the image and extends the triangular factor by its coefficients; returns the residual.
     fn extend(&mut self, index: usize) -> f64 {
+        vectorised(
+            #[inline(always)]
+            || self.orthogonalise(index),
+        )
+    }
+
+    #[inline(always)]
+    fn orthogonalise(&mut self, index: usize) -> f64 {
         if index == self.columns.len() {
             self.columns.push(vec![0.0; MAX_DIRECTIONS + 1]);
         }
@@ -157,11 +166,13 @@ impl Gmres {
     }
 }
 
+#[inline(always)]
 pub(crate) fn norm(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
 }
 
 /// The sum of products of the entries that both have, in eight parts: a single sum would wait for each addition.
+#[inline(always)]
 pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     let count = x.len().min(y.len());
     let (x, y) = (

@@ -9,6 +9,7 @@ use super::linear_terms::Terms;
 use crate::collocation::lane_nodes::LaneNodes;
 use crate::collocation::motion::{flat_transposed, motion_transposed, set_motion, solve_flat};
 use crate::linalg::lanes::{LANES, Lanes};
+use crate::linalg::simd::vectorised;
 
 /// Selects an operator or its transpose.
 #[derive(Debug, Clone, Copy)]
@@ -67,6 +68,14 @@ impl<'a> Operator<'a> {
 
     /// The linearised equations or their transpose, preconditioned.
     pub(crate) fn apply(&mut self, y: &[f64], out: &mut [f64], way: Way) {
+        vectorised(
+            #[inline(always)]
+            || self.apply_inlined(y, out, way),
+        );
+    }
+
+    #[inline(always)]
+    fn apply_inlined(&mut self, y: &[f64], out: &mut [f64], way: Way) {
         let d = self.terms.dim();
         match way {
             Way::Forward => {
@@ -186,6 +195,7 @@ impl<'a> Operator<'a> {
 
     /// Sets the equations, the displacement of the end and the change of its velocity, for the unknowns and for `u` and
     /// `w` at the start, which are zero if not given.
+    #[inline(always)]
     fn respond(&mut self, start: Option<[&[f64]; 2]>, y: &[f64]) {
         let (terms, d) = (self.terms, self.terms.dim());
         self.set_vectors(start.map(|[_, w]| w), y);
@@ -218,6 +228,7 @@ impl<'a> Operator<'a> {
 
     /// The transpose of `respond`, with that of the equations of flat space: the gradients with respect to the end, to what is
     /// transported there, to `w, w', w''` at the start, and in `image` to `phi`.
+    #[inline(always)]
     fn respond_transposed(&mut self, y: &[f64]) {
         let (terms, d) = (self.terms, self.terms.dim());
         let [by_point, by_velocity] = &mut self.end;
@@ -250,6 +261,7 @@ impl<'a> Operator<'a> {
     }
 
     /// Sets `phi`, `w, w', w''` at the nodes, and `w` at the end.
+    #[inline(always)]
     fn set_vectors(&mut self, first: Option<&[f64]>, y: &[f64]) {
         let d = self.terms.dim();
         let (a, rest) = y.split_at(d);
@@ -288,6 +300,7 @@ impl<'a> Operator<'a> {
     }
 }
 
+#[inline(always)]
 fn write_numbers(lanes: &[Lanes], out: &mut [f64]) {
     for (out, lanes) in out.chunks_exact_mut(LANES).zip(lanes) {
         out.copy_from_slice(&lanes.0);
