@@ -212,8 +212,9 @@ impl PyRotationCurve {
         let rotations = keyframes(&shape, &entries)?;
         let [members, knots, _] = shape;
         let (t, is_shared) = times_of_members(t, [members, knots])?;
+        // Errors about what members share are about none of them.
+        how.options(Interrupt::NEVER).check()?;
         if is_shared {
-            // Errors about them are about no member.
             check_times(&t, knots)?;
         }
         let mut conditions = Vec::with_capacity(members);

@@ -1,6 +1,9 @@
 //! Options of splines.
 
+use super::knots::check_tolerance;
 use crate::cubic::taylor::work::{Work, allowance};
+use crate::cubic::tension::check_tension;
+use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::Appearance;
 use crate::space::{Kind, Quotient, ScalarField};
@@ -58,6 +61,13 @@ impl Default for SplineOptions<'_> {
 }
 
 impl SplineOptions<'_> {
+    /// # Errors
+    /// `InvalidArgument` (tolerance, tension).
+    pub(crate) fn check(&self) -> Result<()> {
+        check_tolerance(self.tolerance)?;
+        check_tension(self.tension)
+    }
+
     /// The meaning of the points and their scalars.
     pub(super) fn kind(&self) -> Kind {
         let SplineOptions {

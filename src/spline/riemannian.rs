@@ -17,7 +17,7 @@ use super::options::SplineOptions;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
 use crate::cubic::RiemannianCubic;
-use crate::cubic::tension::{check_leg_tension, check_tension};
+use crate::cubic::tension::check_leg_tension;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -66,8 +66,7 @@ pub(crate) fn cubic_spline_of_legs(
     ends: &EndConditions,
     options: &SplineOptions<'_>,
 ) -> Result<SplineOfLegs> {
-    knots::check_tolerance(options.tolerance)?;
-    check_tension(options.tension)?;
+    options.check()?;
     knots::check(t, points)?;
     check_ends(options.quotient, points, ends)?;
     options.field.check(points.iter().copied())?;

@@ -406,7 +406,10 @@ def test_errors_of_shared_arguments_name_no_member(data):
     t, quaternions = data
     batch, rates = np.array([quaternions] * 3), np.zeros((3, 4, 3))
     for make in (
+        lambda: RotationSpline(t, batch, tol=-1.0),
+        lambda: RotationSpline(t, batch, tension=-1.0),
         lambda: RotationSpline.smoothing(t, batch, lam=-1.0),
+        lambda: RotationSpline.smoothing(t, batch, lam=1.0, tol=-1.0),
         lambda: RotationSpline.smoothing(t, batch, weights=[1.0, 1, 1, -1]),
         lambda: RotationSpline.smoothing(t[::-1], batch),
         lambda: RotationSpline.hermite(t, batch, rates, num_threads=0),
