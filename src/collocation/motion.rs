@@ -38,8 +38,8 @@ pub(super) fn set_motion<const N: usize>(
     }
 }
 
-/// The transpose of [`set_motion`]: sets the gradient with respect to `x, x', x''` at the start, and adds to `f` the one
-/// with respect to `x'''` at the nodes, from those with respect to `x, x', x''` at the nodes and to `x` at the end.
+/// The transpose of [`set_motion`]: sets the gradient with respect to `x, x', x''` at the start, and adds to `f` the
+/// one with respect to `x'''` at the nodes, from those with respect to `x, x', x''` at the nodes and to `x` at the end.
 #[inline(always)]
 pub(super) fn motion_transposed(
     nodes: &LaneNodes,
@@ -101,8 +101,8 @@ pub(super) fn solve_flat(
     }
 }
 
-/// The transpose of [`solve_flat`]: sets `f`, and the gradients with respect to the displacement and to the change of the
-/// velocity.
+/// The transpose of [`solve_flat`]: sets `f`, and the gradients with respect to the displacement and to the change of
+/// the velocity.
 #[inline(always)]
 pub(super) fn flat_transposed(
     nodes: &LaneNodes,

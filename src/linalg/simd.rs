@@ -93,8 +93,8 @@ impl<B> Drop for Taken<'_, B> {
     }
 }
 
-/// Runs `work` on every item, of about so many microseconds, compiled for vectors of the given width, in tasks of the thread
-/// pool if all of them take long enough; results do not depend on the number of threads.
+/// Runs `work` on every item, of about so many microseconds, compiled for vectors of the given width, in tasks of the
+/// thread pool if all of them take long enough; results do not depend on the number of threads.
 #[inline(always)]
 pub(crate) fn each<W: Width, A: Send, B: Clone + Send + Sync>(
     items: &mut [A],

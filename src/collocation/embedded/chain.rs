@@ -35,8 +35,8 @@ const SWEEPS: usize = 2;
 /// splines 0.6 to 2.2 apart on St(12,4) to St(200,5) is not solved; with 24, none less, and times are the same.
 const PATIENCE: usize = 12;
 
-/// Microseconds of a multiplication in a sweep, of a jump for each of its entries, and of Gram matrices for each of theirs: on
-/// St(20,5) and St(200,5) two sweeps take 37 to 49, a jump 0.7 to 5, Gram matrices 2 to 5.
+/// Microseconds of a multiplication in a sweep, of a jump for each of its entries, and of Gram matrices for each of
+/// theirs: on St(20,5) and St(200,5) two sweeps take 37 to 49, a jump 0.7 to 5, Gram matrices 2 to 5.
 const MULTIPLICATION: f64 = 1e-4;
 const JUMP: f64 = 5e-3;
 const GRAM: f64 = 0.15;
@@ -384,28 +384,26 @@ impl<'c> EmbeddedIteration<'c> {
             }
             return;
         }
-        let micros = GRAM * (k * k) as f64;
-        let none = &mut Buffers::new(());
-        each::<Four, _, _>(
-            &mut self.legs,
-            micros,
-            none,
-            |(), i, SweptLeg { leg, .. }| {
-                leg.set_gram([&pairs[i], &pairs[i + 1]], lengths[i]);
-            },
-        );
+        let (micros, none) = (GRAM * (k * k) as f64, &mut Buffers::new(()));
+        each::<Four, _, _>(&mut self.legs, micros, none, |(), i, swept| {
+            swept.leg.set_gram([&pairs[i], &pairs[i + 1]], lengths[i]);
+        });
     }
 
     /// Sweeps along all legs; returns the largest change of the last sweep.
     fn sweep(&mut self, times: usize) -> f64 {
         let micros =
             MULTIPLICATION * times as f64 * self.products_of_sweep() / self.legs.len() as f64;
-        let (legs, scratch) = (&mut self.legs, &mut self.scratch);
-        each::<Four, _, _>(legs, micros, scratch, |scratch, _, swept| {
-            for _ in 0..times {
-                swept.change = swept.leg.sweep(scratch);
-            }
-        });
+        each::<Four, _, _>(
+            &mut self.legs,
+            micros,
+            &mut self.scratch,
+            |scratch, _, swept| {
+                for _ in 0..times {
+                    swept.change = swept.leg.sweep(scratch);
+                }
+            },
+        );
         let changes = self.legs.iter().map(|swept| swept.change);
         changes.fold(0.0, larger)
     }
@@ -431,13 +429,8 @@ impl<'c> EmbeddedIteration<'c> {
         }
         let stored = self.legs[0].leg.equation.stored();
         let (first, _) = jump.split_at_mut(chain.shape().0 * stored);
-        for (leg, end, sign) in knots
-            .legs_at(knot)
-            .into_iter()
-            .zip([1, 0])
-            .zip([1.0, -1.0])
-            .filter_map(|((leg, end), sign)| Some((leg?, end, sign)))
-        {
+        for (leg, (end, sign)) in knots.legs_at(knot).into_iter().zip([(1, 1.0), (0, -1.0)]) {
+            let Some(leg) = leg else { continue };
             let mut x = vec![0.0; self.legs[leg].leg.data[0].len()];
             let this = &self.legs[leg].leg;
             this.at_end(end, 0, &mut x);
@@ -472,12 +465,9 @@ impl<'c> EmbeddedIteration<'c> {
         let mut step: Vec<f64> = self.jumps.iter().map(|jump| -jump).collect();
         system.solve(&mut Unturned(vector), &mut step)?;
         for (point, step) in chain.points.iter().zip(step.chunks_exact_mut(vector)) {
-            let tangent = tangent_part(
-                chain.kind.quotient,
-                point.as_ref(),
-                columns(step, point.nrows()),
-            );
-            columns_mut(step, point.nrows()).copy_from(&tangent);
+            let (quotient, n) = (chain.kind.quotient, point.nrows());
+            let tangent = tangent_part(quotient, point.as_ref(), columns(step, n));
+            columns_mut(step, n).copy_from(&tangent);
         }
         Ok(step)
     }

@@ -1,8 +1,8 @@
 //! The linearised boundary value problem along a cubic on `[0, 1]`, and its transpose.
 //!
 //! At Gauss nodes it is an equation of the second kind with a smoothing kernel, the one of Newton's method for such
-//! problems ([`Operator`]). GMRES converges faster than linearly; it is repeated for the residual that it has left, unless
-//! that is round-off. Functions of the solution have gradients with respect to the data at the ends through the
+//! problems ([`Operator`]). GMRES converges faster than linearly; it is repeated for the residual that it has left,
+//! unless that is round-off. Functions of the solution have gradients with respect to the data at the ends through the
 //! transposed equation, at the same cost.
 //!
 //! # Source
@@ -25,13 +25,13 @@ use crate::space::Shape;
 /// Solver named in errors.
 const SOLVER: &str = "linearised boundary value problem";
 
-/// Largest residual of a solution, relative to right-hand side and solution together: 13 to 20 products, for 18 to 24 by two
-/// passes of GMRES to 1e-8 each, with gradients that differ by 1e-14.
+/// Largest residual of a solution, relative to right-hand side and solution together: 13 to 20 products, for 18 to 24
+/// by two passes of GMRES to 1e-8 each, with gradients that differ by 1e-14.
 const FINE: f64 = 2e-14;
 
-/// The same for solutions of size [`SUSPECT`], which it shows: at conjugate ends the residual stays above the part of the
-/// data that no variation reaches, which is far larger in the examples of `conjugate_ends_are_not_regular`. With 1e-7, seven
-/// or eight products become ten to twelve.
+/// The same for solutions of size [`SUSPECT`], which it shows: at conjugate ends the residual stays above the part of
+/// the data that no variation reaches, which is far larger in the examples of `conjugate_ends_are_not_regular`. With
+/// 1e-7, seven or eight products become ten to twelve.
 const ROUGH: f64 = 1e-4;
 
 /// A pass that leaves a larger fraction of the residual is the last one: the rest is round-off.

@@ -30,8 +30,8 @@ pub(crate) struct Operator<'a> {
     /// The sum of what is transported to the end, by lanes and in all.
     sum: Vec<Lanes>,
     arrived: Vec<f64>,
-    /// The displacement of the end, and the change of its velocity; `w, w', w''` at the start, of which the first vanishes
-    /// unless given.
+    /// The displacement of the end, and the change of its velocity; `w, w', w''` at the start, of which the first
+    /// vanishes unless given.
     end: [Vec<f64>; 2],
     start: [Vec<f64>; 3],
     buffer: Vec<Lanes>,
@@ -226,8 +226,8 @@ impl<'a> Operator<'a> {
         terms.arrive(&self.arrived, point, velocity);
     }
 
-    /// The transpose of `respond`, with that of the equations of flat space: the gradients with respect to the end, to what is
-    /// transported there, to `w, w', w''` at the start, and in `image` to `phi`.
+    /// The transpose of `respond`, with that of the equations of flat space: the gradients with respect to the end, to
+    /// what is transported there, to `w, w', w''` at the start, and in `image` to `phi`.
     #[inline(always)]
     fn respond_transposed(&mut self, y: &[f64]) {
         let (terms, d) = (self.terms, self.terms.dim());
