@@ -28,6 +28,7 @@ from stiefel_rs import (
     orthogonal_log,
     skew_exp,
 )
+from stiefel_rs._core import RotationCurve
 
 Array = NDArray[np.float64]
 Call = Callable[[], object]
@@ -144,6 +145,19 @@ def distant() -> tuple[Array, Array, Array]:
     return np.arange(15.0), S, V
 
 
+def rotations(members: int, count: int) -> tuple[Array, Array]:
+    """Uneven times, and rotations far from one another as quaternions: few, but the work of half a second."""
+    rng = np.random.default_rng(0)
+    quaternions = rng.standard_normal((members, count, 4))
+    return np.cumsum(rng.choice([1.0, 30.0], size=count)), quaternions
+
+
+def rotations_call() -> Call:
+    """One spline of rotations, on a thread of its own."""
+    t, quaternions = rotations(2, 48)
+    return partial(RotationCurve, t, quaternions[0], num_threads=1)
+
+
 # Matrices of a batch: 144 MB.
 COUNT: Final = 200
 
@@ -171,6 +185,8 @@ CALLS: Final[dict[str, Callable[[], Call]]] = {
     "spline_geometric": lambda: partial(CubicSpline, *walk(30_000), kind="geometric"),
     "spline_periodic": periodic_call,
     "spline_small": lambda: partial(CubicSpline, *distant()[:2], "clamped"),
+    "rotations_one_thread": rotations_call,
+    "rotations_batch": lambda: partial(RotationCurve.batch, *rotations(6, 16), max_iterations=20_000),
     "hermite": lambda: hermite_call(None),
     "hermite_small": lambda: partial(CubicHermite, *distant()),
     "hermite_one_thread": lambda: hermite_call(1),

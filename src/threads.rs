@@ -23,18 +23,20 @@ pub(crate) fn is_alone(count: usize, each: f64) -> bool {
     count < 2 || count as f64 * each <= ALONE || rayon::current_num_threads() == 1
 }
 
-/// Microseconds of an item with matrices of shape `(n, k)`, if it takes so many of them for `(3, 3)`: in proportion to their
-/// entries.
+/// Microseconds of an item with matrices of shape `(n, k)`, if it takes so many of them for `(3, 3)`: in proportion to
+/// their entries.
 ///
 /// Items of the splines take, measured on St(3,3), (4,2), (10,3) and (20,5): joining neighbours 2.9, 2.8, 5.9, 18; an
-/// integrated leg 0.7, 1.8, 17, 90; a boundary problem 45, 160, 870, 3200. The estimates, 3, 3, 10, 33 for the first, are
-/// only compared with [`ALONE`]: items that take longer are worth the pool sooner than it is used, for a few of them.
+/// integrated leg 0.7, 1.8, 17, 90; a boundary problem 45, 160, 870, 3200. The estimates, 3, 3, 10, 33 for the first,
+/// are only compared with [`ALONE`]: items that take longer are worth the pool sooner than it is used, for a few of
+/// them.
 pub(crate) fn scaled(each: f64, (n, k): (usize, usize)) -> f64 {
     each * ((n * k) as f64 / 9.0).max(1.0)
 }
 
 /// Computes one value per item of about so many microseconds, with a worker for each range of items that a thread
-/// computes. The error is that of the first item which fails, for any number of threads; items after it may be left out.
+/// computes. The error is that of the first item which fails, for any number of threads; items after it may be left
+/// out.
 ///
 /// # Errors
 /// The errors of the items.
@@ -98,7 +100,8 @@ fn gathered<T: Send, E: Send>(count: usize, least: usize, run: Run<'_, T, E>) ->
     Ok(all)
 }
 
-/// Runs a task on ranges that make up `0..count`, which are halved for idle threads if both halves have so many indices.
+/// Runs a task on ranges that make up `0..count`, which are halved for idle threads if both halves have so many
+/// indices.
 fn on_pool(count: usize, least: usize, task: &(dyn Fn(Range<usize>) + Sync)) {
     let halved = |range: Range<usize>| {
         let middle = range.start + range.len() / 2;
@@ -110,8 +113,8 @@ fn on_pool(count: usize, least: usize, task: &(dyn Fn(Range<usize>) + Sync)) {
     rayon::iter::split(0..count, halved).for_each(task);
 }
 
-/// Locks a part, which only one task uses, or the list of values, to which a task appends. A panic in a task reaches the
-/// caller through the pool, so it is not looked for here.
+/// Locks a part, which only one task uses, or a list of values or buffers, to which a task appends. A panic in a task
+/// reaches the caller through the pool, so it is not looked for here.
 pub(crate) fn lock<T>(data: &Mutex<T>) -> MutexGuard<'_, T> {
     data.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -8,7 +8,7 @@ use crate::threads::{self, is_alone, lock};
 /// Number of groups per task of the thread pool, and total number up to which the pool is not used.
 const TASK: usize = 8;
 
-/// Largest number of items, in groups of eight, that [`each`] leaves to the calling thread.
+/// Largest number of items, in groups of eight, that [`each`] leaves to the calling thread however long they take.
 #[cfg(feature = "python")]
 pub(crate) const ON_ONE_THREAD: usize = TASK * super::lanes::LANES;
 
@@ -25,10 +25,10 @@ pub(crate) struct Four;
 
 /// Vectors of up to eight numbers: for loops over [`Lanes`](super::lanes::Lanes) that keep them in registers.
 ///
-/// On a processor that executes them at once, splines through 10 to 2000 rotations take 0.74 to 0.78 times as long as with
-/// [`Four`], derivatives and accelerations of geometric cubics 0.5 to 0.9 times. Kernels for any number of dimensions wait
-/// for the cache: splines on St(4,2) to St(8,3) take 0.95 to 1.1 times as long. The Python module is a twelfth larger
-/// if all of them have eight.
+/// On a processor that executes them at once, splines through 10 to 2000 rotations take 0.74 to 0.78 times as long as
+/// with [`Four`], derivatives and accelerations of geometric cubics 0.5 to 0.9 times. Kernels for any number of
+/// dimensions wait for the cache: splines on St(4,2) to St(8,3) take 0.95 to 1.1 times as long. The Python module is a
+/// twelfth larger if all of them have eight.
 pub(crate) struct Eight;
 
 impl Width for Four {
@@ -59,7 +59,7 @@ pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
 
 /// Buffers for [`each`], one for every thread that works at the same time; they are kept for the next call.
 pub(crate) struct Buffers<B> {
-    /// Those of the calling thread, of which others get copies.
+    /// Used by the calling thread if it works alone; threads of the pool get copies.
     pub(crate) own: B,
     spare: Mutex<Vec<B>>,
 }

@@ -16,13 +16,13 @@ use super::field::Field;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
-/// Batches from this amount of work on, some tenths of a millisecond, are distributed among threads, and all work in a pool
-/// runs while the calling thread watches for Ctrl-C.
+/// Batches from this amount of work on, some tenths of a millisecond, are distributed among threads, and all work in a
+/// pool runs while the calling thread watches for Ctrl-C.
 const LONG: f64 = 3e3;
 
 /// Work from which on a call that is not distributed runs on another thread, some milliseconds. Starting a thread takes
-/// 40 us, waking a parked one 30. With [`LONG`] instead, retractions on `St(200, 20)` take 107 us instead of 48, boundary
-/// problems on `St(4, 2)` 234 instead of 177, splines through 10 rotations 121 instead of 87.
+/// 40 us, waking a parked one 30. With [`LONG`] instead, retractions on `St(200, 20)` take 107 us instead of 48,
+/// boundary problems on `St(4, 2)` 234 instead of 177, splines through 10 rotations 121 instead of 87.
 const WATCHED: f64 = 3e4;
 
 /// Members of a batch share buffers in blocks of about this much work, roughly a tenth of a millisecond.
@@ -47,9 +47,11 @@ pub struct Call<'py> {
     /// Estimated work, from the amount of data read and written. It decides whether the call runs on another thread and
     /// how a batch is divided; results do not depend on it.
     numbers: f64,
-    /// Whether its work is distributed among threads. The calling thread then waits for them, and would not see Ctrl-C, as in
-    /// a pool.
+    /// Whether its work is distributed among threads. The calling thread then waits for them, and would not see Ctrl-C,
+    /// as in a pool.
     is_distributed: bool,
+    /// Whether it may take far longer than estimated, as iterations do.
+    is_uncertain: bool,
     /// Field of the matrices, for error messages.
     field: Field,
 }
@@ -67,6 +69,7 @@ impl<'py> Call<'py> {
             num_threads,
             numbers,
             is_distributed: false,
+            is_uncertain: false,
             field: Field::Real,
         })
     }
@@ -77,11 +80,20 @@ impl<'py> Call<'py> {
     }
 
     /// The same call, whose work may be distributed among threads. Splines of Riemannian cubics through few points
-    /// ([`ON_ONE_THREAD`](crate::linalg::simd::ON_ONE_THREAD)) use other threads only in methods of last resort, between whose
-    /// steps the calling thread polls: they do not count.
+    /// ([`ON_ONE_THREAD`](crate::linalg::simd::ON_ONE_THREAD), for rotations
+    /// [`ROTATIONS_ON_ONE_THREAD`](crate::shooting::ROTATIONS_ON_ONE_THREAD)) use other threads only in methods of last
+    /// resort, between whose steps the calling thread polls: they do not count.
     pub fn distributed(self, is_distributed: bool) -> Self {
         Call {
             is_distributed,
+            ..self
+        }
+    }
+
+    /// The same call, whose work may take far longer than estimated: it is watched wherever it leaves this thread.
+    pub fn uncertain(self) -> Self {
+        Call {
+            is_uncertain: true,
             ..self
         }
     }
@@ -101,8 +113,12 @@ impl<'py> Call<'py> {
 
     /// Whether this thread only watches for Ctrl-C while another one works.
     fn is_watched(&self) -> bool {
-        let is_elsewhere = self.is_distributed || self.num_threads.is_some();
-        self.numbers >= if is_elsewhere { LONG } else { WATCHED }
+        let least = match self.is_distributed || self.num_threads.is_some() {
+            true if self.is_uncertain => 0.0,
+            true => LONG,
+            false => WATCHED,
+        };
+        self.numbers >= least
     }
 
     /// Number of batch members per block: depends on the work alone, not on the number of threads.
@@ -184,8 +200,8 @@ pub fn run_on<T: Send + 'static, const N: usize>(
     })
 }
 
-/// Most polls that pass without a look at the clock, which costs as much as a short piece of work. Problems on `St(16, 4)`
-/// poll every 20 ms: with 16 polls, Ctrl-C takes 0.3 s.
+/// Most polls that pass without a look at the clock, which costs as much as a short piece of work. Problems on `St(16,
+/// 4)` poll every 20 ms: with 16 polls, Ctrl-C takes 0.3 s.
 const UNSEEN: u32 = 8;
 
 /// More of them pass as long as polls follow one another this quickly, and none after a slower one.
@@ -224,7 +240,8 @@ fn run_in_place(
     clock.signal.map_or(Ok(()), Err)
 }
 
-/// When the clock was last read and a signal last checked for, how many polls pass unseen, and the signal that was found.
+/// When the clock was last read and a signal last checked for, how many polls pass unseen, and the signal that was
+/// found.
 struct Clock {
     read: Instant,
     checked: Instant,
@@ -233,7 +250,8 @@ struct Clock {
 }
 
 impl Clock {
-    /// Reads the clock, and checks for a signal unless the last check is recent; returns how many polls may pass unseen.
+    /// Reads the clock, and checks for a signal unless the last check is recent; returns how many polls may pass
+    /// unseen.
     fn look(&mut self) -> u32 {
         let before = std::mem::replace(&mut self.read, Instant::now());
         if self.signal.is_none() && self.read - self.checked >= POLL {

@@ -10,10 +10,11 @@ use super::spline::PyCubicSpline;
 use crate::rotation::{RotationSpline, frame};
 use crate::shooting::ROTATIONS_ON_ONE_THREAD;
 use crate::spline::{Outside, SplineOptions, check_times};
-use crate::threads::{self, ALWAYS};
+use crate::threads;
 
-/// Work to solve for a spline, for each of its keyframes: about 3 us.
-const SOLVED_ROTATION: f64 = 30.0;
+/// Microseconds to solve for a spline, for each of its keyframes, and the work that this is.
+const SOLVED: f64 = 3.0;
+const WORK_OF_SOLVED: f64 = 30.0;
 
 /// Curve of rotations as unit quaternions: the form that :class:`RotationSpline` evaluates.
 ///
@@ -212,7 +213,7 @@ impl PyRotationCurve {
         let rotations = keyframes(&shape, &entries)?;
         let [members, knots, _] = shape;
         let (t, is_shared) = times_of_members(t, [members, knots])?;
-        // Errors about what members share are about none of them.
+        // First what members share: errors about it name none of them.
         how.options(Interrupt::NEVER).check()?;
         if is_shared {
             check_times(&t, knots)?;
@@ -225,12 +226,10 @@ impl PyRotationCurve {
             given.push(SolveInput::new(py, quaternions, &bc_type, ends.given, how)?);
             conditions.push(ends.conditions);
         }
-        let call = Call::new(
-            py,
-            num_threads,
-            SOLVED_ROTATION * entries.len() as f64 / 4.0,
-        )?
-        .distributed(true);
+        let micros = SOLVED * knots as f64;
+        let call = Call::new(py, num_threads, WORK_OF_SOLVED * (members * knots) as f64)?
+            .uncertain()
+            .distributed(!threads::is_alone(members, micros));
         let found = call.run_any(move |interrupt| {
             let options = how.options(interrupt);
             let one = |(): &mut (), member: usize| {
@@ -243,7 +242,7 @@ impl PyRotationCurve {
                 let spline = RotationSpline::with_conditions(t, rotations, ends, &options);
                 spline.map_err(|error| (member, error))
             };
-            threads::map(members, ALWAYS, || (), one)
+            threads::map(members, micros, || (), one)
         })?;
         let splines = found.map_err(|(member, error)| at_member(&error, member, &[members]))?;
         let wrap = |(spline, given)| Self::of(py, spline, Some(given), PyOnceLock::new());
@@ -369,7 +368,8 @@ impl PyRotationCurve {
         let (shape, entries) = read_axes::<2>(quaternions, "quaternions", "(N, 4)")?;
         let rotations = keyframes(&shape, &entries)?;
         let GivenEnds { given, conditions } = ends(py, bc_type, &rotations)?;
-        let call = Call::new(py, num_threads, SOLVED_ROTATION * rotations.len() as f64)?
+        let call = Call::new(py, num_threads, WORK_OF_SOLVED * rotations.len() as f64)?
+            .uncertain()
             .distributed(rotations.len() > ROTATIONS_ON_ONE_THREAD);
         let given = SolveInput::new(py, entries, bc_type, given, how)?;
         let spline = call.run(move |interrupt| {

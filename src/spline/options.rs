@@ -61,6 +61,8 @@ impl Default for SplineOptions<'_> {
 }
 
 impl SplineOptions<'_> {
+    /// Checks what can be checked without points.
+    ///
     /// # Errors
     /// `InvalidArgument` (tolerance, tension).
     pub(crate) fn check(&self) -> Result<()> {

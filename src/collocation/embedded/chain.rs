@@ -1,9 +1,10 @@
-//! Splines as chains of legs in the embedding: the unknowns are velocities at the knots and the fourth derivatives of the legs.
+//! Splines as chains of legs in the embedding: the unknowns are velocities at the knots and the fourth derivatives of
+//! the legs.
 //!
-//! Along a leg the fourth derivative is replaced by that of the equation, a fixed-point iteration with a smoothing kernel. At
-//! a knot the covariant acceleration is continuous if `S''` is, and the change of the velocities that makes it so in flat
-//! space solves the tridiagonal system of cubic splines. A step is two sweeps along each leg and that change, tangential and
-//! with Anderson mixing: no derivatives, no frames, and work linear in the number of rows.
+//! Along a leg the fourth derivative is replaced by that of the equation, a fixed-point iteration with a smoothing
+//! kernel. At a knot the covariant acceleration is continuous if `S''` is, and the change of the velocities that makes
+//! it so in flat space solves the tridiagonal system of cubic splines. A step is two sweeps along each leg and that
+//! change, tangential and with Anderson mixing: no derivatives, no frames, and work linear in the number of rows.
 
 use faer::{Mat, MatRef};
 
@@ -23,23 +24,23 @@ use crate::solve::anderson::Anderson;
 use crate::solve::tridiagonal::{Tridiagonal, Unturned};
 use crate::space::{Kind, Quotient};
 
-/// Number of past steps used by Anderson mixing. With 5, the splines below take as many steps, and one through 50 points on
-/// St(12,11) takes 20 for 19.
+/// Number of past steps used by Anderson mixing. With 5, the splines below take as many steps, and one through 50
+/// points on St(12,11) takes 20 for 19.
 const DEPTH: usize = 8;
 
-/// Sweeps along the legs for each change of the velocities. For splines through 100 points, 0.5 and 1.2 apart on St(20,5)
-/// and St(1000,5), one takes 1.4 to 1.6 times as long, three 1.1 to 1.3 times.
+/// Sweeps along the legs for each change of the velocities. For splines through 100 points, 0.5 and 1.2 apart on
+/// St(20,5) and St(1000,5), one takes 1.4 to 1.6 times as long, three 1.1 to 1.3 times.
 const SWEEPS: usize = 2;
 
-/// Number of consecutive steps that may leave more than half of the smallest residual so far. With 4 or 8, one more of 60
-/// splines 0.6 to 2.2 apart on St(12,4) to St(200,5) is not solved; with 24, none less, and times are the same.
+/// Number of consecutive steps that may leave more than half of the smallest residual so far. With 4 or 8, one more of
+/// 60 splines 0.6 to 2.2 apart on St(12,4) to St(200,5) is not solved; with 24, none less, and times are the same.
 const PATIENCE: usize = 12;
 
-/// Microseconds of a multiplication in a sweep, of a jump for each of its entries, and of Gram matrices for each of
-/// theirs: on St(20,5) and St(200,5) two sweeps take 37 to 49, a jump 0.7 to 5, Gram matrices 2 to 5.
+/// Microseconds of a multiplication in a sweep, of a jump for each of its entries, and of Gram matrices for each
+/// product: on St(20,5) and St(200,5) two sweeps take 37 to 49, a jump 0.7 to 5, Gram matrices 2 to 5.
 const MULTIPLICATION: f64 = 1e-4;
 const JUMP: f64 = 5e-3;
-const GRAM: f64 = 0.15;
+const GRAM: f64 = 1e-3;
 
 /// Number of nodes for legs without rotation, and additional ones per radian: at first, and afterwards. Counts are
 /// rounded up to multiples of eight, and too few are found by the last coefficients.
@@ -49,8 +50,8 @@ const FINE: [f64; 2] = [9.0, 2.5];
 /// Number of nodes added if the truncation error of the polynomials is too large.
 const MORE: usize = 8;
 
-/// Largest size of the last Legendre coefficients of the fourth derivative. Lower derivatives are integrals and far more
-/// accurate: beside integrated cubics, accelerations are off by up to 1e-13 and jerks by 1e-12.
+/// Largest size of the last Legendre coefficients of the fourth derivative. Lower derivatives are integrals and far
+/// more accurate: beside integrated cubics, accelerations are off by up to 1e-13 and jerks by 1e-12.
 pub(crate) const TAIL: f64 = 1e-8;
 
 /// Largest number of nodes.
@@ -67,16 +68,16 @@ const ROUGH: f64 = 1e-3;
 /// Largest number of sweeps along the legs of such a start.
 const MOST_SWEEPS: usize = 30;
 
-/// Points of shape `(n, k)` with times and end conditions, whose vectors are matrices, one column after another. The last
-/// point of a closed chain is the first one.
+/// Points of shape `(n, k)` with times and end conditions, whose vectors are matrices, one column after another. The
+/// last point of a closed chain is the first one.
 pub(crate) struct EmbeddedChain<'a> {
     pub(crate) kind: Kind,
     pub(crate) points: &'a [Mat<f64>],
     pub(crate) knots: &'a Knots<'a>,
 }
 
-/// A motion near a solution. Legs whose coordinates are not those of the points begin with cubic polynomials that have its
-/// velocities, for subspaces between its bases.
+/// A motion near a solution. Legs whose coordinates are not those of the points begin with cubic polynomials that have
+/// its velocities, for subspaces between its bases.
 pub(crate) struct Near<'a> {
     /// Velocities at the knots, per unit of time.
     pub(crate) velocities: Vec<f64>,
@@ -185,8 +186,8 @@ impl<'c> EmbeddedIteration<'c> {
         Ok(iteration)
     }
 
-    /// Starts from the spline of flat space, to which the first step leads from rest without fourth derivatives; `false` if
-    /// it is too fast.
+    /// Starts from the spline of flat space, to which the first step leads from rest without fourth derivatives;
+    /// `false` if it is too fast.
     fn start_flat(&mut self) -> Result<bool> {
         self.set_jumps();
         let step = self.flat_step(&self.chain.knots.flat_system()?)?;
@@ -384,7 +385,7 @@ impl<'c> EmbeddedIteration<'c> {
             }
             return;
         }
-        let (micros, none) = (GRAM * (k * k) as f64, &mut Buffers::new(()));
+        let (micros, none) = (GRAM * (n * k * k) as f64, &mut Buffers::new(()));
         each::<Four, _, _>(&mut self.legs, micros, none, |(), i, swept| {
             swept.leg.set_gram([&pairs[i], &pairs[i + 1]], lengths[i]);
         });
@@ -404,8 +405,7 @@ impl<'c> EmbeddedIteration<'c> {
                 }
             },
         );
-        let changes = self.legs.iter().map(|swept| swept.change);
-        changes.fold(0.0, larger)
+        (self.legs.iter()).fold(0.0, |most, swept| larger(most, swept.change))
     }
 
     fn set_jumps(&mut self) {

@@ -30,8 +30,8 @@ pub(crate) struct Operator<'a> {
     /// The sum of what is transported to the end, by lanes and in all.
     sum: Vec<Lanes>,
     arrived: Vec<f64>,
-    /// The displacement of the end, and the change of its velocity; `w, w', w''` at the start, of which the first
-    /// vanishes unless given.
+    /// The displacement of the end, and the change of its velocity; `w` at the start. In the transpose gradients with
+    /// respect to these, and to `w', w''` at the start.
     end: [Vec<f64>; 2],
     start: [Vec<f64>; 3],
     buffer: Vec<Lanes>,

@@ -20,9 +20,10 @@ use crate::linalg::field::add;
 use crate::linalg::product::{columns, entries};
 use crate::linalg::structure::check_range;
 
-/// Size of frames for which series are quicker, since it is known to the compiler: derivative and gradient take 42 us on
-/// St(3,1), at nodes 61 us; through Python 24, 24 and 26 us on St(3,1), (3,2) and (3,3). On St(4,2), (5,2), (6,3) and
-/// (8,2) series took twice as long as nodes. Not measured for lines in three dimensions.
+/// Size of frames for which series are quicker, since it is known to the compiler. In Rust, derivative and gradient take
+/// 42 us on St(3,1), at nodes 61, 73 and 78 us on St(3,1), (3,2) and (3,3); through Python, whose allocator is quicker,
+/// series take 24, 24 and 26 us there. On St(4,2), (5,2), (6,3) and (8,2) series took twice as long as nodes. Not
+/// measured for lines in three dimensions.
 const BY_SERIES: (usize, usize) = (3, 3);
 
 /// The linearised cubic.

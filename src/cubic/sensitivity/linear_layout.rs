@@ -18,8 +18,8 @@ pub(crate) struct LinearLayout {
     /// Includes the row outside the span, if there is one.
     blocks: Sizes,
     /// Coordinates of a vector in the span, and of the row.
-    pub(crate) inside: Vec<usize>,
-    pub(crate) row: Vec<usize>,
+    inside: Vec<usize>,
+    row: Vec<usize>,
     /// The coordinate from which on they change sign in the space of the equations.
     unchanged: usize,
 }
@@ -66,24 +66,33 @@ impl LinearLayout {
         })
     }
 
-    /// The rows and columns of a matrix that belong to some coordinates of every vector, with the signs of these. It
-    /// has four vectors in each row, and any number in each column.
-    pub(crate) fn selected(&self, matrix: &[f64], which: &[usize]) -> Vec<f64> {
+    /// The rows and columns of a matrix that belong to the span, with the signs of its coordinates. The matrix has four
+    /// vectors in each row, and any number in each column.
+    pub(crate) fn of_span(&self, mut matrix: Vec<f64>) -> Vec<f64> {
         let d = self.blocks.dim();
-        if which.len() == d {
-            let mut out = matrix.to_vec();
-            if self.unchanged < d {
-                let sign = |p: usize| if p < self.unchanged { 1.0 } else { -1.0 };
-                let signs: Vec<f64> = (0..4 * d).map(|j| sign(j % d)).collect();
-                for (i, row) in out.chunks_exact_mut(4 * d).enumerate() {
-                    let own = sign(i % d);
-                    let pairs = row.iter_mut().zip(&signs);
-                    pairs.for_each(|(x, sign)| *x *= own * sign);
-                }
-            }
-            return out;
+        if self.has_row() {
+            return self.selected(&matrix, &self.inside);
         }
-        // With a row outside the span, coordinates do not change sign.
+        if self.unchanged < d {
+            let sign = |p: usize| if p < self.unchanged { 1.0 } else { -1.0 };
+            let signs: Vec<f64> = (0..4 * d).map(|j| sign(j % d)).collect();
+            for (i, row) in matrix.chunks_exact_mut(4 * d).enumerate() {
+                let own = sign(i % d);
+                let pairs = row.iter_mut().zip(&signs);
+                pairs.for_each(|(x, sign)| *x *= own * sign);
+            }
+        }
+        matrix
+    }
+
+    /// The same for the row outside the span.
+    pub(crate) fn of_row(&self, matrix: &[f64]) -> Vec<f64> {
+        self.selected(matrix, &self.row)
+    }
+
+    /// With a row outside the span, coordinates do not change sign.
+    fn selected(&self, matrix: &[f64], which: &[usize]) -> Vec<f64> {
+        let d = self.blocks.dim();
         let mut out = Vec::with_capacity(matrix.len() / (d * d) * which.len().pow(2));
         for rows in matrix.chunks_exact(4 * d * d) {
             for i in which {
@@ -97,7 +106,10 @@ impl LinearLayout {
     }
 
     /// Frames of the span, shape `(r, r)` each, from those in the space of the equations.
-    pub(crate) fn frames(&self, frames: &[f64], r: usize) -> Vec<f64> {
+    pub(crate) fn frames(&self, frames: Vec<f64>, r: usize) -> Vec<f64> {
+        if !self.has_row() {
+            return frames;
+        }
         let size = self.blocks.m + self.blocks.k;
         let rows = frames.chunks_exact(size);
         let kept = rows.enumerate().filter(|(row, _)| row % size < r);

@@ -124,7 +124,7 @@ impl LinearPiece {
         let r = start.blocks.m + start.blocks.k;
         let n = start.n;
         let mut last = vec![0.0; n * r];
-        let frame = layout.frames(&frame, r);
+        let frame = layout.frames(frame, r);
         let relative = MatRef::from_row_major_slice(&frame, r, r);
         mul_into(
             columns_mut(&mut last, n),
@@ -132,29 +132,35 @@ impl LinearPiece {
             columns(&start.frame, n),
             relative,
         );
-        let response = |which: &[usize]| PieceResponse {
-            stiffness: layout.selected(&stiffness, which),
+        let outside = layout.has_row().then(|| PieceResponse {
+            stiffness: layout.of_row(&stiffness),
             displacements: parts
                 .iter()
-                .map(|part| layout.selected(&part.displacements, which))
+                .map(|part| layout.of_row(&part.displacements))
                 .collect(),
+        });
+        let mut displacements = Vec::with_capacity(parts.len());
+        let place = |part: CurvePart| {
+            displacements.push(layout.of_span(part.displacements));
+            PointsOfPart {
+                start: part.start,
+                length: part.length,
+                frames: layout.frames(part.frames, r),
+                through: part.through,
+            }
         };
-        let inside = response(&layout.inside);
-        let outside = layout.has_row().then(|| response(&layout.row));
-        let place = |part: CurvePart| PointsOfPart {
-            start: part.start,
-            length: part.length,
-            frames: layout.frames(&part.frames, r),
-            through: part.through,
-        };
+        let parts = parts.into_iter().map(place).collect();
         LinearPiece {
             n,
             blocks: start.blocks,
             tension: start.tension,
             frames: [start.frame, last],
-            inside,
+            inside: PieceResponse {
+                stiffness: layout.of_span(stiffness),
+                displacements,
+            },
             outside,
-            parts: parts.into_iter().map(place).collect(),
+            parts,
         }
     }
 

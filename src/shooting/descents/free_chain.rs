@@ -295,9 +295,13 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
     /// Sets up the linear equations of the legs, and the forces.
     pub(crate) fn linearise(&mut self) {
         let space = self.space;
+        let micros = match self.is_fine() {
+            true => FINE_WORK * micros_of_derivative(space),
+            false => micros_of_derivative(space),
+        };
         each::<S::Width, _, _>(
             &mut self.groups,
-            micros_of_derivative(space),
+            micros,
             &mut self.buffers,
             #[inline(always)]
             |buffers, _, group| {

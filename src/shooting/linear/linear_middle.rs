@@ -10,6 +10,7 @@ use super::linear_curve::{CurvePart, LinearCurve};
 use super::linear_leg::{LegResponse, LinearLeg};
 use crate::curve::barycentric::Barycentric;
 use crate::linalg::field::{Field, accumulate, factor, largest_each, substitute};
+use crate::linalg::lanes::LANES;
 use crate::shooting::taylor::leg_equations::combined;
 use crate::space::Homogeneous;
 
@@ -32,23 +33,37 @@ pub(crate) fn at_middle<T: Field>(
         #[inline(always)]
         || SolvedMiddle::of(space.dim(), leg),
     );
-    let square = space.size().pow(2);
-    let lane = |x: &[T], lane: usize| x.iter().map(|x| x.lane(lane)).collect::<Vec<f64>>();
+    let last = &leg.frames[leg.frames.len() - space.size().pow(2)..];
     let through = Barycentric::of(&leg.nodes);
-    let curve = |i: usize| {
-        is_regular[i].then(|| LinearCurve {
-            frame: lane(&leg.frames[leg.frames.len() - square..], i),
-            stiffness: lane(&stiffness, i),
+    let mut all =
+        [last, &stiffness, &leg.frames, &displacements].map(|entries| by_lane(entries, count));
+    let curve = |is_regular: bool| {
+        let next = all.each_mut().map(|each| each.next().unwrap_or_default());
+        let [frame, stiffness, frames, displacements] = next;
+        is_regular.then(|| LinearCurve {
+            frame,
+            stiffness,
             parts: vec![CurvePart {
                 start: 0.0,
                 length: 1.0,
                 through: Arc::clone(&through),
-                frames: lane(&leg.frames, i),
-                displacements: lane(&displacements, i),
+                frames,
+                displacements,
             }],
         })
     };
-    (0..count).map(curve).collect()
+    is_regular.into_iter().take(count).map(curve).collect()
+}
+
+/// The numbers of the first lanes, lane by lane; read in blocks that stay in the cache.
+fn by_lane<T: Field>(x: &[T], count: usize) -> impl Iterator<Item = Vec<f64>> {
+    let mut lanes: Vec<Vec<f64>> = (0..count).map(|_| Vec::with_capacity(x.len())).collect();
+    for block in x.chunks(LANES) {
+        for (lane, out) in lanes.iter_mut().enumerate() {
+            out.extend(block.iter().map(|x| x.lane(lane)));
+        }
+    }
+    lanes.into_iter()
 }
 
 /// The response of one leg to the data at its ends.

@@ -16,7 +16,7 @@ const ROTATIONS: f64 = 2.5;
 pub(crate) const ROTATIONS_ON_ONE_THREAD: usize = LANES * (ALONE / ROTATIONS) as usize;
 
 /// Microseconds of an evaluation of a group of eight legs by series: 0.8 for rotations, 3 on St(3,1), 25 on St(4,2), 80
-/// on St(6,3) and 150 on St(8,3), all within a factor of two, for neighbours 0.3 to 1 apart.
+/// on St(6,3) and 150 on St(8,3), for neighbours 0.3 to 1 apart; within a factor of three.
 pub(crate) fn micros_of_series(space: impl Homogeneous) -> f64 {
     match is_of_rotations(space) {
         true => 0.8,
