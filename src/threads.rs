@@ -3,6 +3,7 @@
 //! The pool sees one function, whatever the items are: with an instance of rayon's iterators for each caller, the code
 //! handed to the compiler for the Python module is an eighth longer.
 
+use std::cell::Cell;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -18,9 +19,41 @@ const TOGETHER: usize = 8;
 /// Microseconds of items that are always worth a task of their own.
 pub(crate) const ALWAYS: f64 = f64::INFINITY;
 
+thread_local! {
+    /// Whether this thread works without the pool.
+    static WITHOUT_POOL: Cell<bool> = const { Cell::new(false) };
+}
+
 /// Whether items, of about so many microseconds each, are better computed by the calling thread.
 pub(crate) fn is_alone(count: usize, each: f64) -> bool {
-    count < 2 || count as f64 * each <= ALONE || rayon::current_num_threads() == 1
+    count < 2 || count as f64 * each <= ALONE || is_only_one()
+}
+
+/// Whether the calling thread has no others to help it.
+fn is_only_one() -> bool {
+    WITHOUT_POOL.get() || rayon::current_num_threads() == 1
+}
+
+/// Runs both, on two threads unless the calling one has no others to help it.
+pub(crate) fn join(one: impl FnOnce() + Send, other: impl FnOnce() + Send) {
+    if is_only_one() {
+        one();
+        return other();
+    }
+    rayon::join(one, other);
+}
+
+/// Runs `work` on the calling thread alone, which need not wait for a pool of one thread.
+#[cfg(any(feature = "python", test))]
+pub(crate) fn without_pool(work: impl FnOnce()) {
+    struct Before(bool);
+    impl Drop for Before {
+        fn drop(&mut self) {
+            WITHOUT_POOL.set(self.0);
+        }
+    }
+    let _before = Before(WITHOUT_POOL.replace(true));
+    work();
 }
 
 /// Microseconds of an item with matrices of shape `(n, k)`, if it takes so many of them for `(3, 3)`: in proportion to
@@ -182,6 +215,25 @@ mod tests {
             assert!(data.iter().enumerate().all(|(i, x)| *x == i + 1));
             let rows = data.chunks(10).map(|row| row.iter().sum());
             assert_eq!(sums, Ok(rows.collect()));
+        });
+    }
+
+    #[test]
+    fn a_thread_works_alone_until_its_work_ends() {
+        let two = rayon::ThreadPoolBuilder::new().num_threads(2);
+        two.build().unwrap().install(|| {
+            let here = std::thread::current().id();
+            without_pool(|| {
+                assert!(is_alone(100, ALWAYS));
+                let is_here = || assert_eq!(std::thread::current().id(), here);
+                join(is_here, is_here);
+                without_pool(|| {});
+                assert!(is_alone(100, ALWAYS));
+            });
+            assert!(!is_alone(100, ALWAYS));
+            let work = || without_pool(|| panic!("not caught"));
+            assert!(std::panic::catch_unwind(work).is_err());
+            assert!(!is_alone(100, ALWAYS));
         });
     }
 

@@ -13,7 +13,7 @@ from .end_conditions import BcType
 from .errors import InvalidInputError
 from .rotation_input import scipy_module
 
-# Largest gap of a closed curve that counts as round-off, relative to its largest coordinate.
+# Largest gap of a closed curve that counts as round-off, relative to its extent.
 CLOSED: Final = 1e-9
 # Number of data that scipy.interpolate.make_smoothing_spline needs.
 SMOOTHED_AT_LEAST: Final = 5
@@ -74,7 +74,9 @@ def closed(positions: Array) -> Array:
     if not len(positions):
         return positions
     gap = float(np.abs(positions[-1] - positions[0]).max())
-    if gap > CLOSED * float(np.abs(positions).max()):
+    extent = float(np.ptp(positions, axis=0).max())
+    round_off = 4 * float(np.spacing(np.abs(positions).max()))
+    if gap > max(CLOSED * extent, round_off):
         raise at_knot(
             f"positions: the last must equal the first (periodic ends), found a gap of {gap:.3g}",
             len(positions) - 1,

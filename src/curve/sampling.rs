@@ -167,7 +167,7 @@ pub fn lift_into(frame: MatRef<'_, f64>, coordinates: MatRef<'_, f64>, out: MatM
     let middle = (n / 2).next_multiple_of(LIFT_ROWS);
     let (upper, lower) = out.split_at_row_mut(middle);
     let (frame_upper, frame_lower) = frame.split_at_row(middle);
-    rayon::join(
+    threads::join(
         || lift_into(frame_upper, coordinates, upper),
         || lift_into(frame_lower, coordinates, lower),
     );

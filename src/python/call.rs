@@ -15,6 +15,7 @@ use super::error::{ensure, of_complex};
 use super::field::Field;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use crate::threads::without_pool;
 
 /// Batches from this amount of work on, some tenths of a millisecond, are distributed among threads, and all work in a
 /// pool runs while the calling thread watches for Ctrl-C.
@@ -113,7 +114,11 @@ impl<'py> Call<'py> {
 
     /// Whether this thread only watches for Ctrl-C while another one works.
     fn is_watched(&self) -> bool {
-        let least = match self.is_distributed || self.num_threads.is_some() {
+        let is_elsewhere = match self.num_threads {
+            None => self.is_distributed,
+            Some(threads) => threads > 1,
+        };
+        let least = match is_elsewhere {
             true if self.is_uncertain => 0.0,
             true => LONG,
             false => WATCHED,
@@ -137,10 +142,10 @@ impl<'py> Call<'py> {
 
     /// Runs work of a fraction of a second in place, without the GIL; it may borrow.
     pub fn run_here<T: Send>(&self, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-        let pool = self.num_threads.map(pool_of).transpose()?;
+        let threads = self.num_threads.map_or(Ok(Threads::Any), Threads::of)?;
         let (mut work, mut result) = (Some(work), None);
         let mut job = || result = work.take().map(|work| work());
-        self.py.detach(|| run_in(pool.as_deref(), &mut job));
+        self.py.detach(|| threads.run(&mut job));
         result.ok_or_else(died)
     }
 
@@ -149,7 +154,7 @@ impl<'py> Call<'py> {
         &self,
         work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
     ) -> PyResult<T> {
-        let pool = self.num_threads.map(pool_of).transpose()?;
+        let threads = self.num_threads.map_or(Ok(Threads::Any), Threads::of)?;
         if self.is_watched() {
             let result = Arc::new(Mutex::new(None));
             let out = Arc::clone(&result);
@@ -157,13 +162,13 @@ impl<'py> Call<'py> {
                 let value = work(interrupt);
                 *unpoisoned(&out) = Some(value);
             });
-            self.py.detach(|| run_watched(pool, job))?;
+            self.py.detach(|| run_watched(threads, job))?;
             let result = unpoisoned(&result).take();
             return result.ok_or_else(died);
         }
         let (mut work, mut result) = (Some(work), None);
         let mut job = |interrupt: Interrupt<'_>| result = work.take().map(|work| work(interrupt));
-        self.py.detach(|| run_in_place(pool.as_deref(), &mut job))?;
+        self.py.detach(|| run_in_place(&threads, &mut job))?;
         result.ok_or_else(died)
     }
 }
@@ -200,8 +205,8 @@ pub fn run_on<T: Send + 'static, const N: usize>(
     })
 }
 
-/// Most polls that pass without a look at the clock, which costs as much as a short piece of work. Problems on `St(16,
-/// 4)` poll every 20 ms: with 16 polls, Ctrl-C takes 0.3 s.
+/// Most polls that pass without a look at the clock, which costs as much as a short piece of work. Problems on `St(16,4)`
+/// poll every 20 ms: with 16 polls, Ctrl-C takes 0.3 s.
 const UNSEEN: u32 = 8;
 
 /// More of them pass as long as polls follow one another this quickly, and none after a slower one.
@@ -209,10 +214,7 @@ const QUICK: Duration = Duration::from_millis(1);
 
 /// Runs a job in place that occasionally polls for Ctrl-C, in case it takes longer than estimated. Jobs of all types
 /// are run by the same code: compiled for each of them, the module would have 4 MB more.
-fn run_in_place(
-    pool: Option<&ThreadPool>,
-    job: &mut (dyn FnMut(Interrupt<'_>) + Send),
-) -> PyResult<()> {
+fn run_in_place(threads: &Threads, job: &mut (dyn FnMut(Interrupt<'_>) + Send)) -> PyResult<()> {
     let (caller, unseen) = (std::thread::current().id(), AtomicU32::new(0));
     let start = Instant::now();
     let clock = Mutex::new(Clock {
@@ -235,7 +237,7 @@ fn run_in_place(
         unseen.store(clock.look(), Ordering::Relaxed);
         clock.signal.is_some()
     };
-    run_in(pool, &mut || job(Interrupt::new(&question)));
+    threads.run(&mut || job(Interrupt::new(&question)));
     let clock = clock.into_inner().unwrap_or_else(PoisonError::into_inner);
     clock.signal.map_or(Ok(()), Err)
 }
@@ -267,25 +269,39 @@ impl Clock {
     }
 }
 
-/// Runs a job in a pool, or in place, where rayon's global pool serves it.
-fn run_in(pool: Option<&ThreadPool>, job: &mut (dyn FnMut() + Send)) {
-    match pool {
-        Some(pool) => pool.install(job),
-        None => job(),
-    }
+/// The threads on which a call works.
+enum Threads {
+    /// The calling one, helped by those of rayon's global pool.
+    Any,
+    /// The calling one alone.
+    One,
+    /// Those of a pool, created once for each size, so that calls do not pay for starting threads.
+    Pool(Arc<ThreadPool>),
 }
 
-/// The pool of a given size, created once, so that calls do not pay for starting threads.
-fn pool_of(threads: usize) -> PyResult<Arc<ThreadPool>> {
-    static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
-    let mut pools = unpoisoned(&POOLS);
-    if let Some(pool) = pools.get(&threads) {
-        return Ok(Arc::clone(pool));
+impl Threads {
+    fn of(count: usize) -> PyResult<Self> {
+        static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
+        if count == 1 {
+            return Ok(Threads::One);
+        }
+        let mut pools = unpoisoned(&POOLS);
+        if let Some(pool) = pools.get(&count) {
+            return Ok(Threads::Pool(Arc::clone(pool)));
+        }
+        let pool = ThreadPoolBuilder::new().num_threads(count).build();
+        let pool = Arc::new(pool.map_err(|error| failed(&error))?);
+        pools.insert(count, Arc::clone(&pool));
+        Ok(Threads::Pool(pool))
     }
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = Arc::new(pool.map_err(|error| failed(&error))?);
-    pools.insert(threads, Arc::clone(&pool));
-    Ok(pool)
+
+    fn run(&self, job: &mut (dyn FnMut() + Send)) {
+        match self {
+            Threads::Any => job(),
+            Threads::One => without_pool(job),
+            Threads::Pool(pool) => pool.install(job),
+        }
+    }
 }
 
 fn failed(error: &dyn std::fmt::Display) -> PyErr {
@@ -296,17 +312,14 @@ fn failed(error: &dyn std::fmt::Display) -> PyErr {
 ///
 /// The worker owns its data: after Ctrl-C this call returns at once, while the worker stops at its next check, or after
 /// the current factorisation, and drops its result.
-fn run_watched(
-    pool: Option<Arc<ThreadPool>>,
-    job: Box<dyn FnOnce(Interrupt<'_>) + Send>,
-) -> PyResult<()> {
+fn run_watched(threads: Threads, job: Box<dyn FnOnce(Interrupt<'_>) + Send>) -> PyResult<()> {
     let stop = Arc::new(AtomicBool::new(false));
     let (sender, receiver) = channel();
     let asked = Arc::clone(&stop);
     let worker = move || {
         let question = || asked.load(Ordering::Relaxed);
         let mut job = Some(job);
-        run_in(pool.as_deref(), &mut || {
+        threads.run(&mut || {
             if let Some(job) = job.take() {
                 job(Interrupt::new(&question));
             }

@@ -92,6 +92,12 @@ def test_periodic_poses_close():
     same(spline.twist(first), spline.twist(last), 1e-10)
     same(spline.linear_acceleration(first), spline.linear_acceleration(last), 1e-10)
     same(spline.angular_acceleration(first), spline.angular_acceleration(last), 1e-10)
+    # Far from the origin: coordinates of closed curves differ by their round-off, and their size does not hide a gap.
+    far = p + 5e6
+    far[-1] = far[0] + np.spacing(5e6)
+    PoseSpline(t, (q, far), "periodic")
+    far[-1, 1] += 1e-3
+    refuse("knot 5: positions: .*periodic.* gap of 0.001", PoseSpline, t, (q, far), "periodic", knot=5)
     p[-1, 1] += 1e-3
     refuse("knot 5: positions: .*periodic.* gap of 0.001", PoseSpline, t, (q, p), "periodic", knot=5)
 
