@@ -100,7 +100,8 @@ def test_long_calls_release_the_interpreter_lock(what):
     work = {
         "integrate": partial(chart.integrate, z0, 1_000_000),
         "curve": partial(curve.jerk, np.linspace(0, 1, 50_000), num_threads=1),
-        "reference": partial(chart.reference, z0, np.linspace(0, 1, 500_000)),
+        # A quarter of a second, of which 0.05 s may pass between two looks for signals.
+        "reference": partial(chart.reference, z0, np.linspace(0, 1, 2_000_000)),
         "shoot": partial(chart.shoot, z0[:2], z0[2:4], [1.6, 0.1], z0[2:4], 500_000),
     }[what]
     # The signal comes from another thread, which only runs when the lock is released.
