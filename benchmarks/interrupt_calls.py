@@ -153,7 +153,7 @@ def rotations(members: int, count: int) -> tuple[Array, Array]:
 
 
 def rotations_call() -> Call:
-    """One spline of rotations, on a thread of its own."""
+    """One spline of rotations, in the calling thread."""
     t, quaternions = rotations(2, 48)
     return partial(RotationCurve, t, quaternions[0], num_threads=1)
 

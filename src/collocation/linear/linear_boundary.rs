@@ -36,6 +36,7 @@ struct ResidualLimit {
     with_solution: bool,
 }
 
+/// Round-off: a residual between the two is one that another pass has not reduced.
 const FINE: ResidualLimit = ResidualLimit {
     wanted: 1e-15,
     allowed: 2e-14,
