@@ -152,6 +152,32 @@ fn uneven_walk(rng: &mut Rng) -> (Vec<f64>, Vec<UnitQuaternion<f64>>) {
 }
 
 #[test]
+fn splines_through_random_rotations_at_very_uneven_times_are_mostly_found() {
+    let mut rng = Rng::new(11);
+    let mut missed = Vec::new();
+    for trial in 0..24 {
+        let (mut t, mut q) = (vec![0.0], Vec::new());
+        for i in 0..8 {
+            let coords =
+                nalgebra::Quaternion::from(std::array::from_fn::<_, 4, _>(|_| rng.normal()));
+            q.push(UnitQuaternion::from_quaternion(coords));
+            if i > 0 {
+                t.push(t[i - 1] + 100.0_f64.powf(rng.between(0.0, 1.0)));
+            }
+        }
+        match RotationSpline::new(&t, &q, &RotationEnds::Natural, &SplineOptions::default()) {
+            Ok(_) => {}
+            Err(Error::AtKnot { source, .. }) if matches!(*source, Error::UnevenTimes { ratio, .. } if ratio > 3.0) =>
+            {
+                missed.push(trial);
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+    assert!(missed.len() <= 3, "{missed:?}");
+}
+
+#[test]
 fn near_rotations_at_uneven_times_cost_no_more_than_at_rest() {
     // From the splines of flat space alone three natural ones cost more; of 100 such walks 9, with the search 1.
     let mut rng = Rng::new(7);

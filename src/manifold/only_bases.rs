@@ -72,6 +72,14 @@ pub(crate) fn advised(error: Error, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) ->
 pub(crate) fn advised_knots(error: Error, quotient: Quotient, points: &[MatRef<'_, f64>]) -> Error {
     match error {
         error if quotient == Quotient::Subspaces => error,
+        Error::AtKnot { knot, source } if matches!(*source, Error::UnevenTimes { .. }) => {
+            // Uneven times explain less.
+            let uneven = Error::AtKnot { knot, source };
+            match advised_curve(uneven.cause().clone(), quotient, points) {
+                bases @ Error::AtKnot { .. } => bases,
+                _ => uneven,
+            }
+        }
         Error::AtKnot { knot, source } if knot + 1 < points.len() => {
             advised(*source, points[knot], points[knot + 1]).at_knot(knot)
         }

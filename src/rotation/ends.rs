@@ -1,22 +1,25 @@
 //! End conditions of splines of rotations and poses.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use faer::Mat;
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::error::{Error, Result};
+use crate::legs::{End, Ends};
+use crate::manifold::stiefel::POINT_TOLERANCE;
 use crate::spline::{EndCondition, EndConditions};
 
 /// The ends of a spline of rotations.
 ///
 /// # Examples
 /// ```
-/// use nalgebra::{UnitQuaternion, Vector3};
-/// use stiefel_rs::rotation::{ReferenceFrame, RotationEnd, RotationEnds, RotationSpline};
-/// // Keyframes at the angles t^3 about an axis: from rest, with the right acceleration at the end, the spline is that cubic.
-/// let axis = Vector3::new(0.6, 0.0, 0.8);
-/// let keyframes = [0.0, 0.125, 1.0].map(|a| UnitQuaternion::from_scaled_axis(axis * a));
-/// let ends = RotationEnds::Each([RotationEnd::Rate(Vector3::zeros()), RotationEnd::Acceleration(axis * 6.0)]);
-/// let spline = RotationSpline::new(&[0.0, 0.5, 1.0], &keyframes, &ends, &Default::default())?;
-/// assert!((spline.angular_velocity(0.8, ReferenceFrame::Body)? - axis * 1.92).norm() < 1e-11);
+/// use nalgebra::{UnitQuaternion, Vector3}; use stiefel_rs::rotation::{ReferenceFrame, RotationEnd, RotationEnds,
+/// RotationSpline}; // Keyframes at the angles t^3 about an axis: from rest, with the right acceleration at the end,
+/// the spline is that cubic. let axis = Vector3::new(0.6, 0.0, 0.8); let keyframes = [0.0, 0.125, 1.0].map(|a|
+/// UnitQuaternion::from_scaled_axis(axis * a)); let ends = RotationEnds::Each([RotationEnd::Rate(Vector3::zeros()),
+/// RotationEnd::Acceleration(axis * 6.0)]); let spline = RotationSpline::new(&[0.0, 0.5, 1.0], &keyframes, &ends,
+/// &Default::default())?; assert!((spline.angular_velocity(0.8, ReferenceFrame::Body)? - axis * 1.92).norm() < 1e-11);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy)]
@@ -133,6 +136,53 @@ impl PoseEnds {
             })),
         }
     }
+}
+
+/// Check that the last rotation of a periodic spline is the first one.
+///
+/// # Errors
+/// `InvalidArgument`, with the angle, in `AtKnot`.
+pub(super) fn check_closed(rotations: &[UnitQuaternion<f64>], ends: &EndConditions) -> Result<()> {
+    let (EndConditions::Periodic, [first, .., last]) = (ends, rotations) else {
+        return Ok(());
+    };
+    let found = first.angle_to(last);
+    // Two matrices are `sqrt(2)` times their small angle apart.
+    // Rotations that are not finite are refused later.
+    if found <= FRAC_1_SQRT_2 * POINT_TOLERANCE || found.is_nan() {
+        return Ok(());
+    }
+    let error = Error::InvalidArgument {
+        name: "rotations",
+        requirement: "at angle 0 from the first rotation (periodic ends)",
+        found,
+    };
+    Err(error.at_knot(rotations.len() - 1))
+}
+
+/// The conditions on a curve of matrices, in the body frame; `None` without rotations.
+pub(super) fn in_body(ends: &EndConditions, rotations: &[UnitQuaternion<f64>]) -> Option<Ends> {
+    let [first, .., last] = rotations else {
+        return None;
+    };
+    let zero = || End::Acceleration(vec![0.0; 3]);
+    let end = |rotation, end: &EndCondition| match end {
+        EndCondition::Velocity(v) => End::Velocity(rate(rotation, v)),
+        EndCondition::Acceleration(a) => End::Acceleration(rate(rotation, a)),
+    };
+    Some(match ends {
+        EndConditions::Natural => Ends::Open([zero(), zero()]),
+        EndConditions::Periodic => Ends::Periodic,
+        EndConditions::Each(each) => Ends::Open([end(first, &each[0]), end(last, &each[1])]),
+    })
+}
+
+/// `w` of the tangent vector `R hat(w)`.
+fn rate(rotation: &UnitQuaternion<f64>, tangent: &Mat<f64>) -> Vec<f64> {
+    let matrix = rotation.to_rotation_matrix();
+    let entry =
+        |i: usize, j: usize| -> f64 { (0..3).map(|l| matrix[(l, i)] * tangent[(l, j)]).sum() };
+    vec![entry(2, 1), entry(0, 2), entry(1, 0)]
 }
 
 /// `R hat(w)`, the tangent vector of `St(3, 3)` with the body rate `w`.

@@ -14,11 +14,13 @@
 //! Noakes (2003), "Null cubics and Lie quadratics", J. Math. Phys. 44, 1436-1448.
 
 mod ends;
+mod half_turns;
 mod pieces;
 mod pose_spline;
 mod position_spline;
 mod reference_frame;
 mod rotation_spline;
+mod sampling;
 mod series;
 
 pub use ends::{PoseEnd, PoseEnds, RotationEnd, RotationEnds};

@@ -34,16 +34,34 @@ struct Segment {
 }
 
 impl Pieces {
-    /// From the series of the legs if they are known, from the pieces otherwise. `knots` are the quaternions at the
-    /// knots; their signs are arbitrary except for the first one.
-    pub(super) fn new(
-        cubics: &[RiemannianCubic],
-        series: Option<&[RotationSeries]>,
+    /// From the curves of the legs and the quaternions at the knots, whose signs are arbitrary except for the first
+    /// one.
+    pub(super) fn new(cubics: &[RiemannianCubic], knots: &[QuaternionEntries]) -> Self {
+        Self::of_legs(0, cubics, knots, |pieces, cubic, start| {
+            pieces.push_cubic(cubic, start)
+        })
+    }
+
+    /// The same from the series of the legs.
+    pub(super) fn of_series(series: &[RotationSeries], knots: &[QuaternionEntries]) -> Self {
+        let terms = series.iter().map(|leg| leg.rates.len()).sum();
+        Self::of_legs(
+            terms,
+            series,
+            knots,
+            #[inline(always)]
+            |pieces, series, start| pieces.push_series(series, start),
+        )
+    }
+
+    fn of_legs<L>(
+        terms: usize,
+        legs: &[L],
         knots: &[QuaternionEntries],
+        push: impl Fn(&mut Self, &L, QuaternionEntries) -> QuaternionEntries,
     ) -> Self {
-        let terms = series.map_or(0, |all| all.iter().map(|leg| leg.rates.len()).sum());
         let mut pieces = Pieces {
-            segments: Vec::with_capacity(cubics.len()),
+            segments: Vec::with_capacity(legs.len()),
             legs: vec![0],
             rates: Vec::with_capacity(terms),
             quaternions: Vec::with_capacity(terms),
@@ -52,15 +70,11 @@ impl Pieces {
         vectorised(
             #[inline(always)]
             || {
-                for (leg, cubic) in cubics.iter().enumerate() {
-                    let end = match series {
-                        Some(series) => pieces.push_series(&series[leg], here),
-                        None => pieces.push_cubic(cubic, here),
-                    };
+                for (leg, next) in legs.iter().zip(&knots[1..]) {
+                    let end = push(&mut pieces, leg, here);
                     pieces.legs.push(pieces.segments.len());
                     // Continue from the given quaternion, so that errors do not accumulate.
-                    let next = knots[leg + 1];
-                    here = next.map(|x| x * 1.0_f64.copysign(dot(next, end)));
+                    here = next.map(|x| x * 1.0_f64.copysign(dot(*next, end)));
                 }
             },
         );
@@ -156,8 +170,13 @@ impl Pieces {
     #[inline(always)]
     fn at(&self, leg: usize, s: f64) -> (&Segment, f64) {
         let segments = &self.segments[self.legs[leg]..self.legs[leg + 1]];
-        let which = segments.partition_point(|segment| segment.upper < s);
-        let segment = &segments[which.min(segments.len() - 1)];
+        let segment = match segments {
+            [only] => only,
+            _ => {
+                let which = segments.partition_point(|segment| segment.upper < s);
+                &segments[which.min(segments.len() - 1)]
+            }
+        };
         (segment, segment.rate * (s - segment.center))
     }
 

@@ -65,7 +65,7 @@ impl PoseSpline {
     ) -> Result<Self> {
         let turns: Vec<UnitQuaternion<f64>> = poses.iter().map(|pose| pose.rotation).collect();
         let rotations = RotationSpline::new(t, &turns, &ends.of_rotations(), options)?;
-        let positions: Vec<_> = poses.iter().map(|pose| pose.translation.vector).collect();
+        let mut positions: Vec<_> = poses.iter().map(|pose| pose.translation.vector).collect();
         for (knot, position) in positions.iter().enumerate() {
             if let Some(index) = position.iter().position(|x| !x.is_finite()) {
                 let name = "position";
@@ -80,7 +80,7 @@ impl PoseSpline {
             PoseEnds::Natural => Some([PositionEnd::Acceleration(Vector3::zeros()); 2]),
             PoseEnds::Each(ends) => Some(ends.map(of_position)),
             PoseEnds::Periodic => {
-                check_closed(&positions)?;
+                positions = closed(positions)?;
                 None
             }
         };
@@ -196,22 +196,27 @@ impl PoseSpline {
     }
 }
 
-/// Return an error unless the last position equals the first one, within the tolerance of points relative to the extent
-/// of the positions.
-fn check_closed(positions: &[Vector3<f64>]) -> Result<()> {
+/// Positions of a closed curve, with the last set to the first: they may differ by round-off of their numbers, or by
+/// the tolerance of points relative to their extent.
+///
+/// # Errors
+/// `InvalidArgument`, with the gap, in `AtKnot`.
+fn closed(mut positions: Vec<Vector3<f64>>) -> Result<Vec<Vector3<f64>>> {
     let last = positions.len() - 1;
-    let gap = (positions[last] - positions[0]).norm();
-    let extent = positions
-        .iter()
-        .map(|p| (p - positions[0]).norm())
-        .fold(0.0, f64::max);
-    if gap <= POINT_TOLERANCE * extent {
-        return Ok(());
+    let gap = (positions[last] - positions[0]).amax();
+    let (mut least, mut most) = (positions[0], positions[0]);
+    for position in &positions {
+        (least, most) = (least.inf(position), most.sup(position));
     }
-    let error = Error::InvalidArgument {
-        name: "position",
-        requirement: "at distance 0 from the first position (periodic ends)",
-        found: gap,
-    };
-    Err(error.at_knot(last))
+    let round_off = 4.0 * f64::EPSILON * least.amax().max(most.amax());
+    if gap > round_off.max(POINT_TOLERANCE * (most - least).amax()) {
+        let error = Error::InvalidArgument {
+            name: "position",
+            requirement: "at distance 0 from the first position (periodic ends)",
+            found: gap,
+        };
+        return Err(error.at_knot(last));
+    }
+    positions[last] = positions[0];
+    Ok(positions)
 }

@@ -1,34 +1,33 @@
 //! Splines through rotations, as unit quaternions.
 
-use std::f64::consts::FRAC_1_SQRT_2;
 use std::fmt;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, LazyLock, OnceLock};
 
 use faer::MatRef;
 use nalgebra::{Quaternion as Coordinates, UnitQuaternion, Vector3};
 
-use super::ends::{RotationEnds, frame, tangent};
+use super::ends::{RotationEnds, check_closed, frame, in_body, tangent};
+use super::half_turns::check_directions;
 use super::pieces::{Pieces, of_matrix};
 use super::reference_frame::ReferenceFrame;
+use super::sampling::SamplePlace;
 use super::series::{QuaternionEntries, VectorEntries, dot};
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
-use crate::curve::sampling::check_parameter;
 use crate::curve::{Curve, Quantity};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::legs::Curves;
-use crate::linalg::simd::vectorised;
-use crate::manifold::stiefel::POINT_TOLERANCE;
+use crate::legs::{Curves, Ends};
 use crate::report::SolverReport;
 use crate::spline::{
-    EndConditions, Outside, Piecewise, SmoothingOptions, SplineOptions, check_times, cubic_hermite,
-    cubic_spline_of_legs, smoothing_spline,
+    EndConditions, Outside, Piecewise, SmoothingOptions, SolvedRotations, SplineOptions,
+    check_times, cubic_hermite, cubic_spline_of_legs, near_rotations, smoothing_spline,
 };
-use crate::threads::{self, ALWAYS};
 
-/// Number of times from which evaluation is parallel: below it, waking the threads takes longer than the work. The
-/// number is written out in the doc comments of the `*_into` functions.
-const SHARED: usize = 4096;
+/// The curve of matrices, which takes as long as half the solution and is seldom wanted.
+type LazyCurve = LazyLock<
+    Arc<Piecewise<RiemannianCubic>>,
+    Box<dyn FnOnce() -> Arc<Piecewise<RiemannianCubic>> + Send>,
+>;
 
 /// A curve of rotations through keyframes: twice continuously differentiable, and stationary for the integral of the
 /// squared angular acceleration among the curves through the keyframes with the same end conditions.
@@ -40,9 +39,9 @@ const SHARED: usize = 4096;
 /// A rotation takes vectors of the body frame to the world frame. Angles are in radians and times in any unit, called s
 /// here: rates are in rad/s, accelerations in rad/s^2, jerks in rad/s^3.
 ///
-/// The first evaluation builds the polynomials of all legs, two microseconds per leg of a spline through its keyframes and more
-/// for other curves; later evaluations between the first and the last keyframe allocate nothing, unless one call takes
-/// 4096 or more times (asserted in `tests/allocation.rs`).
+/// The first evaluation builds the polynomials of all legs, two microseconds per leg of a spline through its keyframes
+/// and more for other curves; later evaluations between the first and the last keyframe allocate nothing, unless one
+/// call takes 4096 or more times (asserted in `tests/allocation.rs`).
 ///
 /// # Accuracy
 /// Quaternions have unit length to `2 eps` and are within 8e-13 rad of the keyframes; the curve differs from the curve
@@ -64,11 +63,12 @@ const SHARED: usize = 4096;
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 pub struct RotationSpline {
-    curve: Arc<Piecewise<RiemannianCubic>>,
+    knots: Vec<f64>,
+    curve: LazyCurve,
     /// The curves of the legs, if a solver produced them.
     legs: Option<Arc<dyn Curves>>,
     /// Quaternions at the knots; their signs are arbitrary except for the first one.
-    rotations: Vec<QuaternionEntries>,
+    pub(super) rotations: Vec<QuaternionEntries>,
     report: Option<SolverReport>,
     pieces: OnceLock<Pieces>,
 }
@@ -111,26 +111,56 @@ impl RotationSpline {
         ends: &EndConditions,
         options: &SplineOptions<'_>,
     ) -> Result<Self> {
+        options.check()?;
         check_times(t, rotations.len())?;
         check_closed(rotations, ends)?;
+        if let Some(body) = in_body(ends, rotations) {
+            let mut rotations = rotations.to_vec();
+            if let (Ends::Periodic, [first, .., last]) = (&body, &mut rotations[..]) {
+                *last = *first;
+            }
+            if let Some(near) = near_rotations(t, &rotations, &body, options)? {
+                return Ok(Self::of_near(t, near, rotations));
+            }
+        }
         let frames: Vec<_> = rotations.iter().map(frame).collect();
         let points: Vec<MatRef<'_, f64>> = frames.iter().map(|frame| frame.as_ref()).collect();
         let (curve, report, legs) = cubic_spline_of_legs(t, &points, ends, options)?;
         let curve = curve.with_outside(Outside::Continued);
         let rotations = rotations.iter().map(|q| q.coords.into()).collect();
-        Ok(Self::of_legs(
-            Arc::new(curve),
-            legs,
-            rotations,
-            Some(report),
-        ))
+        let curve = Arc::new(curve);
+        Ok(Self::of_legs(curve, legs, rotations, Some(report)))
+    }
+
+    /// From the solution of the equations.
+    fn of_near(t: &[f64], near: SolvedRotations, rotations: Vec<UnitQuaternion<f64>>) -> Self {
+        let (knots, report) = (t.to_vec(), near.report);
+        let (legs, entries) = (
+            Arc::clone(&near.curves),
+            rotations.iter().map(|q| q.coords.into()).collect(),
+        );
+        let curve = move || {
+            let matrices = rotations.iter().map(frame).collect();
+            let curve = near.curve(&knots, matrices);
+            Arc::new(curve.with_outside(Outside::Continued))
+        };
+        RotationSpline {
+            knots: t.to_vec(),
+            curve: LazyLock::new(Box::new(curve)),
+            legs: Some(legs),
+            rotations: entries,
+            report: Some(report),
+            pieces: OnceLock::new(),
+        }
     }
 
     /// The spline through rotations with given rates in the body frame, in radians per unit of time (rad/s); once
     /// continuously differentiable.
     ///
+    /// Between rotations half a turn apart the rates decide the direction.
+    ///
     /// # Errors
-    /// As [`cubic_hermite`].
+    /// As [`cubic_hermite`]; `UndecidedTurn` in `AtKnot` if they do not: add a rotation in between.
     pub fn hermite(
         t: &[f64],
         rotations: &[UnitQuaternion<f64>],
@@ -140,8 +170,11 @@ impl RotationSpline {
         if rates.len() != rotations.len() {
             return Err(Error::Shape {
                 name: "rates",
-                expected: format!("one for each of the {} rotations", rotations.len()),
-                found: rates.len().to_string(),
+                expected: format!(
+                    "({0}, 3), one for each of the {0} rotations",
+                    rotations.len()
+                ),
+                found: format!("({}, 3)", rates.len()),
             });
         }
         let frames: Vec<_> = rotations.iter().map(frame).collect();
@@ -152,6 +185,7 @@ impl RotationSpline {
             views.collect::<Vec<MatRef<'_, f64>>>()
         });
         let curve = cubic_hermite(t, &points, &vectors, options)?;
+        check_directions(t, rotations, rates)?;
         let rotations = rotations.iter().map(|q| q.coords.into()).collect();
         let curve = Arc::new(curve.with_outside(Outside::Continued));
         Ok(Self::of_legs(curve, None, rotations, None))
@@ -161,8 +195,8 @@ impl RotationSpline {
     /// against cost.
     ///
     /// It makes the sum of weight times squared angle between rotation and curve, in rad^2, plus `lambda` times the
-    /// [cost](RotationSpline::cost) stationary. `lambda` is in units of time cubed (s^3) if weights are dimensionless, and
-    /// in s^3/rad^2 if they are in rad^-2.
+    /// [cost](RotationSpline::cost) stationary. `lambda` is in units of time cubed (s^3) if weights are dimensionless,
+    /// and in s^3/rad^2 if they are in rad^-2.
     ///
     /// # Errors
     /// As [`smoothing_spline`].
@@ -225,7 +259,10 @@ impl RotationSpline {
         rotations: Vec<QuaternionEntries>,
         report: Option<SolverReport>,
     ) -> Self {
+        let knots = curve.knots().to_vec();
+        let curve: LazyCurve = LazyLock::new(Box::new(|| curve));
         RotationSpline {
+            knots,
             curve,
             legs,
             rotations,
@@ -241,7 +278,7 @@ impl RotationSpline {
 
     /// The times of the keyframes, in units of time (s).
     pub fn knots(&self) -> &[f64] {
-        self.curve.knots()
+        &self.knots
     }
 
     /// The rotations at the knots, from the body frame to the world frame.
@@ -256,7 +293,7 @@ impl RotationSpline {
     /// # Errors
     /// `Overflow`, and the errors of evaluating the curve.
     pub fn cost(&self) -> Result<f64> {
-        self.curve.cost()
+        self.curve().cost()
     }
 
     /// The report of the spline's solver; `None` if every leg was computed separately.
@@ -327,7 +364,8 @@ impl RotationSpline {
         })
     }
 
-    /// Rates in the body frame, or their derivatives, at many times: `w` in rad/s (order 0), `w'` in rad/s^2 (order 1) or
+    /// Rates in the body frame, or their derivatives, at many times: `w` in rad/s (order 0), `w'` in rad/s^2 (order 1)
+    /// or
     /// `w''` in rad/s^3 (order 2), radians per unit of time to the power `order + 1`.
     ///
     /// From 4096 times on, the thread pool shares the work, and memory is allocated.
@@ -359,135 +397,21 @@ impl RotationSpline {
         })
     }
 
-    fn values_into<const N: usize>(
-        &self,
-        t: &[f64],
-        out: &mut [[f64; N]],
-        value: impl Fn(SamplePlace<'_>, f64) -> [f64; N] + Sync,
-    ) -> Result<()> {
-        if t.len() != out.len() {
-            return Err(Error::Shape {
-                name: "out",
-                expected: format!("room for {} values", t.len()),
-                found: out.len().to_string(),
-            });
-        }
-        for (index, &t) in t.iter().enumerate() {
-            check_parameter(t).map_err(|error| match error {
-                Error::NonFinite { name, .. } => Error::NonFinite { name, index },
-                other => other,
-            })?;
-        }
-        let beyond = self.beyond(t)?;
-        let knots = self.knots();
-        let (first, last) = (knots[0], knots[knots.len() - 1]);
-        // Consecutive times often lie in the same leg.
-        let some = |t: &[f64], out: &mut [[f64; N]]| {
-            let mut leg = 0;
-            for (t, out) in t.iter().zip(out) {
-                if !(knots[leg] <= *t && *t < knots[leg + 1]) {
-                    let after = knots.partition_point(|knot| knot <= t);
-                    leg = after.clamp(1, knots.len() - 1) - 1;
-                }
-                let s = (t - knots[leg]) / (knots[leg + 1] - knots[leg]);
-                let side = match t {
-                    t if *t < first => &beyond[0],
-                    t if *t > last => &beyond[1],
-                    _ => &None,
-                };
-                let place = side
-                    .as_ref()
-                    .map_or(SamplePlace::Leg(leg), SamplePlace::Beyond);
-                *out = value(place, s);
-            }
-        };
-        if t.len() < SHARED {
-            vectorised(|| some(t, out));
-        } else {
-            let parts = t.chunks(SHARED / 4).zip(out.chunks_mut(SHARED / 4));
-            threads::map_parts(
-                parts,
-                ALWAYS,
-                || (),
-                |(), _, (t, out)| {
-                    vectorised(|| some(t, out));
-                    Ok(())
-                },
-            )?;
-        }
-        Ok(())
+    /// Whether the polynomials of the legs are known already.
+    #[cfg(feature = "python")]
+    pub(crate) fn is_built(&self) -> bool {
+        self.pieces.get().is_some()
     }
 
-    /// The first and the last piece, extended to the requested times outside the keyframes.
-    fn beyond(&self, t: &[f64]) -> Result<[Option<Beyond>; 2]> {
-        let knots = self.knots();
-        let legs = knots.len() - 1;
-        let [mut earliest, mut latest] = [knots[0], knots[legs]];
-        for t in t {
-            earliest = earliest.min(*t);
-            latest = latest.max(*t);
-        }
-        let local = |leg: usize, t: f64| (t - knots[leg]) / (knots[leg + 1] - knots[leg]);
-        let side = |leg: usize, t: f64, is_needed: bool| -> Result<Option<Beyond>> {
-            if !is_needed {
-                return Ok(None);
-            }
-            let (s, piece) = (local(leg, t), &self.curve.pieces()[leg]);
-            let longer = piece.restricted(s.min(0.0), s.max(1.0), Interrupt::NEVER)?;
-            let mut pieces = Pieces::of_cubic(&longer, self.rotations[leg]);
-            // Choose the sign of the leg's quaternion.
-            let here = self.pieces().quaternion(leg, 0.5);
-            if dot(pieces.quaternion(0, 0.5), here) < 0.0 {
-                pieces.change_sign();
-            }
-            Ok(Some(Beyond { leg, pieces }))
-        };
-        Ok([
-            side(0, earliest, earliest < knots[0])?,
-            side(legs - 1, latest, latest > knots[legs])?,
-        ])
-    }
-
-    fn pieces(&self) -> &Pieces {
+    pub(super) fn pieces(&self) -> &Pieces {
         self.pieces.get_or_init(|| {
             let series = self.legs.as_ref().and_then(|legs| legs.rotations());
-            Pieces::new(self.curve.pieces(), series.as_deref(), &self.rotations)
+            match series {
+                Some(series) => Pieces::of_series(&series, &self.rotations),
+                None => Pieces::new(self.curve().pieces(), &self.rotations),
+            }
         })
     }
-}
-
-/// Check that the last rotation of a periodic spline is the first one.
-///
-/// # Errors
-/// `InvalidArgument`, with the angle, in `AtKnot`.
-fn check_closed(rotations: &[UnitQuaternion<f64>], ends: &EndConditions) -> Result<()> {
-    let (EndConditions::Periodic, [first, .., last]) = (ends, rotations) else {
-        return Ok(());
-    };
-    let found = first.angle_to(last);
-    // Two matrices are `sqrt(2)` times their small angle apart.
-    // Rotations that are not finite are refused later.
-    if found <= FRAC_1_SQRT_2 * POINT_TOLERANCE || found.is_nan() {
-        return Ok(());
-    }
-    let error = Error::InvalidArgument {
-        name: "rotations",
-        requirement: "at angle 0 from the first rotation (periodic ends)",
-        found,
-    };
-    Err(error.at_knot(rotations.len() - 1))
-}
-
-/// The leg or extension in which a time lies.
-enum SamplePlace<'a> {
-    Leg(usize),
-    Beyond(&'a Beyond),
-}
-
-/// A leg extended beyond the keyframes.
-struct Beyond {
-    leg: usize,
-    pieces: Pieces,
 }
 
 /// The rotation of a unit quaternion, scalar last.

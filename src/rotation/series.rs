@@ -39,29 +39,31 @@ fn by_units([x, y, z, s]: QuaternionEntries) -> [QuaternionEntries; 3] {
     [[s, z, -y, -x], [-z, s, x, -y], [y, -x, s, -z]]
 }
 
-/// The value of a polynomial. Even and odd powers are summed separately: two short chains of additions instead of a
-/// long one.
+/// The value of a polynomial. Every fourth power is summed separately: four short chains of additions instead of a long
+/// one.
 #[inline(always)]
 pub(super) fn value<const N: usize>(coefficients: &[[f64; N]], u: f64) -> [f64; N] {
     let square = u * u;
-    if square.is_infinite() {
+    let fourth = square * square;
+    if fourth.is_infinite() {
         // Zero times infinity: a curve at rest may be evaluated at any time.
         return coefficients.iter().rev().fold([0.0; N], |sum, c| {
             std::array::from_fn(|i| sum[i] * u + c[i])
         });
     }
-    let (mut even, mut odd) = ([0.0; N], [0.0; N]);
-    let mut pairs = coefficients.chunks_exact(2);
-    if let [last] = pairs.remainder() {
-        even = *last;
+    let mut sums = [[0.0; N]; 4];
+    let mut fours = coefficients.chunks_exact(4);
+    for (sum, last) in sums.iter_mut().zip(fours.remainder()) {
+        *sum = *last;
     }
-    while let Some(pair) = pairs.next_back() {
-        for i in 0..N {
-            even[i] = even[i] * square + pair[0][i];
-            odd[i] = odd[i] * square + pair[1][i];
+    while let Some(four) = fours.next_back() {
+        let sums = sums.as_flattened_mut().iter_mut();
+        for (sum, c) in sums.zip(four.as_flattened()) {
+            *sum = *sum * fourth + c;
         }
     }
-    std::array::from_fn(|i| even[i] + u * odd[i])
+    let [a, b, c, d] = sums;
+    std::array::from_fn(|i| (a[i] + square * c[i]) + u * (b[i] + square * d[i]))
 }
 
 /// The derivative of a polynomial, of order 0, 1 or 2.

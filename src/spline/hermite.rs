@@ -95,8 +95,8 @@ pub(super) fn check(
     if velocities.len() != points.len() {
         return Err(Error::Shape {
             name: "V",
-            expected: format!("one for each of the {} points", points.len()),
-            found: format!("{} velocities", velocities.len()),
+            expected: format!("({0}, n, k), one for each of the {0} points", points.len()),
+            found: format!("({}, n, k)", velocities.len()),
         });
     }
     for (knot, (s, v)) in points.iter().zip(velocities).enumerate() {

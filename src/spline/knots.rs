@@ -48,8 +48,8 @@ fn check_in_order(
     if t.len() != points {
         return Err(Error::Shape {
             name: "t",
-            expected: format!("one time for each of the {points} points"),
-            found: format!("{} times", t.len()),
+            expected: format!("({points},), one time for each of the {points} points"),
+            found: format!("({},)", t.len()),
         });
     }
     if t.len() < 2 {
@@ -61,6 +61,14 @@ fn check_in_order(
     }
     if let Some(index) = t.iter().position(|t| !t.is_finite()) {
         return Err(Error::NonFinite { name: "t", index }.at_knot(index));
+    }
+    let last = t.len() - 1;
+    if !(t[last] - t[0]).is_finite() {
+        return Err(wrong_time(
+            t,
+            last,
+            "less than 1.797e308 after the first time",
+        ));
     }
     for (knot, pair) in t.windows(2).enumerate() {
         let step = pair[1] - pair[0];

@@ -13,6 +13,7 @@ pub(crate) mod geometric;
 mod hermite;
 mod joining_curves;
 mod knots;
+mod near_rotations;
 mod options;
 pub mod piecewise;
 mod reduced_knots;
@@ -33,6 +34,7 @@ pub use geometric::velocities::{
 };
 pub use hermite::{cubic_hermite, geometric_hermite, subspace_hermite};
 pub(crate) use knots::check_times;
+pub(crate) use near_rotations::{SolvedRotations, near_rotations};
 pub use options::SplineOptions;
 pub use piecewise::{Outside, Piecewise};
 pub use riemannian::cubic_spline;

@@ -11,7 +11,8 @@ use super::chains::framed::{Framed, coordinates, frames};
 use super::chains::iteration::SOLVER;
 use super::chains::solution::{ChainSolution, piece};
 use super::chains::solve;
-use super::ends::{EndConditions, check_ends};
+use super::chains::uneven::advised;
+use super::ends::{EndConditions, Ends, check_ends};
 use super::knots;
 use super::options::SplineOptions;
 use super::piecewise::Piecewise;
@@ -20,7 +21,6 @@ use crate::cubic::RiemannianCubic;
 use crate::cubic::tension::check_leg_tension;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
 use crate::legs::Curves;
 use crate::linalg::product::entries;
 use crate::manifold::only_bases::{advised_knots, appearance};
@@ -36,7 +36,8 @@ use crate::space::ScalarField;
 /// * `t` - increasing times; `points` - one per time, shape `(n, k)`
 /// # Errors
 /// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `NoConvergence`, which
-/// is in `OnlyBases` at a knot if most points look like mere bases; `Interrupted`; wrapped in `AtKnot`:
+/// is at a knot in `OnlyBases` if most points look like mere bases, and in `UnevenTimes` if an interval is much longer
+/// than a neighbour; `Interrupted`; wrapped in `AtKnot`:
 /// `NotOrthonormal`, `NotTangent`, `NoJoiningCurve`, `OutsideLogDomain` and `DifferentComponents` (no curve leads to the
 /// next point).
 pub fn cubic_spline(
@@ -136,14 +137,9 @@ impl<'e> SplineProblem<'e> {
     /// # Errors
     /// As [`cubic_spline`].
     fn solve(&self, options: &SplineOptions<'_>) -> Result<SolvedPieces> {
-        let solved = match self.knots.is_small() {
+        match self.knots.is_small() {
             true => self.solve_in_frames(options),
             false => self.solve_in_ambient(options),
-        };
-        let (pieces, solution) = solved?;
-        match solution.report {
-            report if report.converged => Ok((pieces, solution)),
-            report => Err(Error::no_convergence(SOLVER, report, options.tolerance)),
         }
     }
 
@@ -162,7 +158,7 @@ impl<'e> SplineProblem<'e> {
         } else {
             solve::in_frames(&chain, &ends, options)?
         };
-        finished(&chain, solution, &space, options.interrupt)
+        finished((&chain, &ends), solution, &space, options)
     }
 
     fn solve_in_ambient(&self, options: &SplineOptions<'_>) -> Result<SolvedPieces> {
@@ -172,21 +168,25 @@ impl<'e> SplineProblem<'e> {
         let chain = chain.in_tension(self.tension);
         let seem = appearance(self.knots.quotient(), &self.knots.points);
         let solution = solve::in_ambient(&chain, &ends, seem, options)?;
-        finished(&chain, solution, &self.knots.space(), options.interrupt)
+        finished((&chain, &ends), solution, &self.knots.space(), options)
     }
 }
 
-/// The pieces of a solution; none if it has not converged.
+/// The pieces of a solution.
+///
+/// # Errors
+/// `NoConvergence`, at a knot in `UnevenTimes` if they explain it; the errors of integrating pieces.
 fn finished(
-    chain: &impl Chain,
+    (chain, ends): (&impl Chain, &Ends),
     solution: ChainSolution,
     space: &SpannedSpace,
-    interrupt: Interrupt<'_>,
+    options: &SplineOptions<'_>,
 ) -> Result<SolvedPieces> {
     if !solution.report.converged {
-        return Ok((Vec::new(), solution));
+        let error = Error::no_convergence(SOLVER, solution.report, options.tolerance);
+        return Err(advised(error, chain, ends));
     }
-    let piece = |leg: usize| piece(chain, leg, &solution, interrupt);
+    let piece = |leg: usize| piece(chain, leg, &solution, options.interrupt);
     let pieces = pieces(chain.lengths().len(), space, piece)?;
     Ok((pieces, solution))
 }

@@ -336,13 +336,7 @@ impl<'a> Chain for Framed<'a> {
     }
 
     fn work_of_leg(&self) -> f64 {
-        // Eight at once take at most half as long.
-        let share = if self.links.len() < WORTHWHILE {
-            1.0
-        } else {
-            0.5
-        };
-        share * work_of_curve(self.blocks)
+        work_of_leg(self.links.len(), self.blocks)
     }
 
     fn work_of_derivative(&self) -> f64 {
@@ -390,6 +384,12 @@ impl Movable for Framed<'_> {
     fn square(&self, _: usize, v: &[f64]) -> f64 {
         self.blocks.square(v)
     }
+}
+
+/// Typical work of integrating one of so many legs: eight at once take at most half as long.
+pub(crate) fn work_of_leg(legs: usize, blocks: Sizes) -> f64 {
+    let share = if legs < WORTHWHILE { 1.0 } else { 0.5 };
+    share * work_of_curve(blocks)
 }
 
 fn at(a: &[f64], rows: usize, row: usize, col: usize, transposed: bool) -> f64 {

@@ -1,5 +1,5 @@
-//! Splines through knots with frames: by legs in the embedding or by series, whichever is quicker; by integrated legs if these
-//! find nothing.
+//! Splines through knots with frames: by legs in the embedding or by series, whichever is quicker; by integrated legs
+//! if these find nothing.
 
 use std::sync::Arc;
 
@@ -35,18 +35,19 @@ const FAST: f64 = 3.0;
 const FAST_WITH_FREE_ENDS: f64 = 12.0;
 
 /// Legs in the embedding come before series where `d^3` is more than this multiple of `r k^2`, the ratio of the work of
-/// both, for `d` coordinates and points of shape `(r, k)`; complex points count as real ones of twice the size. Relative
-/// to series, splines through 60 points 0.3 apart, with five points on each leg, take 12 times as long on St(3,2), with a
-/// ratio of 2, 1.7 times on St(7,6) (37), 1.2 on St(8,2) (69), 1.1 on St(8,3) (81), 0.8 on St(9,3) (114), 0.5 on
-/// St(12,1) and St(12,2) (111 and 193), 0.8 on Gr(10,2) (102).
+/// both, for `d` coordinates and points of shape `(r, k)`; complex points count as real ones of twice the size.
+/// Relative to series, splines through 60 points 0.3 apart, with five points on each leg, take 12 times as long on
+/// St(3,2), with a ratio of 2, 1.7 times on St(7,6) (37), 1.2 on St(8,2) (69), 1.1 on St(8,3) (81), 0.8 on St(9,3)
+/// (114), 0.5 on St(12,1) and St(12,2) (111 and 193), 0.8 on Gr(10,2) (102).
 const EMBEDDED: f64 = 100.0;
 
-/// The same for complex points: legs in the embedding take 2.6 times as long on St(3,2) (5), 1.5 on St(4,3) (12), 1.4 on
-/// St(4,2) (14), 0.7 on St(5,2) (26).
+/// The same for complex points: legs in the embedding take 2.6 times as long on St(3,2) (5), 1.5 on St(4,3) (12), 1.4
+/// on St(4,2) (14), 0.7 on St(5,2) (26).
 const EMBEDDED_COMPLEX: f64 = 20.0;
 
 /// Largest number of dimensions in which series are tried where legs in the embedding fail: that of rotations in twelve
-/// dimensions. With integrated legs in their place, five splines through 20 points 2.8 apart on St(10,9) are not solved.
+/// dimensions. With integrated legs in their place, five splines through 20 points 2.8 apart on St(10,9) are not
+/// solved.
 const MANY: usize = 66;
 
 /// If tension lets velocities grow along a leg by more than `e` to this power, series are used in any dimension: a
@@ -95,7 +96,7 @@ impl Framed<'_> {
 }
 
 /// Largest rotation of a leg for which series are used.
-fn fastest(ends: &Ends) -> f64 {
+pub(crate) fn fastest(ends: &Ends) -> f64 {
     match gives_velocity(ends) {
         true => FAST,
         false => FAST_WITH_FREE_ENDS,
@@ -132,7 +133,8 @@ impl Framed<'_> {
         self.in_embedding(ends, Some(&near), effort)
     }
 
-    /// The fourth derivatives of a leg of a motion at some times, one matrix after another, and its end, by integration.
+    /// The fourth derivatives of a leg of a motion at some times, one matrix after another, and its end, by
+    /// integration.
     fn near_leg(&self, motion: &Motion, leg: usize, times: &[f64]) -> Result<(Vec<f64>, Mat<f64>)> {
         const ORDERS: usize = 5;
         let taylor = self.integrated_roughly(motion, leg)?;
@@ -224,30 +226,38 @@ impl Framed<'_> {
 
     /// The curves of the legs.
     fn legs(&self, curves: Box<dyn Curves>) -> SolvedLegs {
-        let (frames, blocks, columns) = (self.frames(), self.blocks(), self.columns());
-        let (tension, lengths) = (self.tension(), self.lengths().to_vec());
         let curves: Arc<dyn Curves> = curves.into();
-        let known = Arc::clone(&curves);
-        let curve_of = Arc::new(move |leg: usize| {
-            let (polynomials, which) = known.of_leg(leg);
-            let tension = tension * lengths[leg].powi(2);
-            leg_curve(
-                polynomials,
-                which,
-                Some(&frames[leg]),
-                blocks,
-                columns,
-                tension,
-            )
-        });
+        let of_leg = polynomials_of_legs(
+            Arc::clone(&curves),
+            self.frames(),
+            (self.blocks(), self.columns()),
+            (self.tension(), self.lengths().to_vec()),
+        );
         SolvedLegs {
             polynomials: Some(curves),
             turns: None,
-            piece: Arc::new(move |leg| {
-                let curve_of = Arc::clone(&curve_of);
-                Some((None, LazyTaylor::of(move || curve_of(leg))))
-            }),
+            piece: Arc::new(move |leg| Some((None, of_leg(leg)))),
         }
+    }
+}
+
+/// The polynomials of the legs between frames, computed on demand, for blocks of the space that is solved and columns
+/// of the points, and for a tension and the lengths of the legs.
+pub(crate) fn polynomials_of_legs(
+    curves: Arc<dyn Curves>,
+    frames: Arc<[Mat<f64>]>,
+    (blocks, columns): (Sizes, usize),
+    (tension, lengths): (f64, Vec<f64>),
+) -> impl Fn(usize) -> LazyTaylor + Send + Sync {
+    let curve_of = Arc::new(move |leg: usize| {
+        let (polynomials, which) = curves.of_leg(leg);
+        let tension = tension * lengths[leg].powi(2);
+        let frame = Some(&frames[leg]);
+        leg_curve(polynomials, which, frame, blocks, columns, tension)
+    });
+    move |leg| {
+        let curve_of = Arc::clone(&curve_of);
+        LazyTaylor::of(move || curve_of(leg))
     }
 }
 

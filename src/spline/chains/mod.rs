@@ -15,3 +15,4 @@ pub(crate) mod motion;
 pub(crate) mod neighbours;
 pub(crate) mod solution;
 pub(crate) mod solve;
+pub(crate) mod uneven;

@@ -3,9 +3,10 @@
 use super::ambient::Ambient;
 use super::chain::Chain as _;
 use super::descent;
-use super::framed::Framed;
+use super::framed::{Framed, work_of_leg};
 use super::low_cost::{self, Cheapest};
 use super::solution::{ChainSolution, ChainStart, Effort};
+use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::work::{TRIALS, Work};
 use crate::error::{Result, unless_interrupted};
 use crate::manifold::only_bases::Appearance;
@@ -73,7 +74,12 @@ pub(crate) fn cheapest(
 
 /// The work limit of a chain in few dimensions.
 pub(crate) fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions<'_>) -> Work {
-    let trial = chain.lengths().len() as f64 * chain.work_of_leg();
+    work_of_legs(chain.lengths().len(), chain.blocks(), options)
+}
+
+/// The same for a number of legs.
+pub(crate) fn work_of_legs(legs: usize, blocks: Sizes, options: &SplineOptions<'_>) -> Work {
+    let trial = legs as f64 * work_of_leg(legs, blocks);
     options.work(TRIALS_IN_FRAMES, trial, Appearance::Usual)
 }
 

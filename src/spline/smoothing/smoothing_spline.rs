@@ -195,8 +195,8 @@ fn check(
         if weights.len() != t.len() {
             return Err(Error::Shape {
                 name: "weights",
-                expected: format!("one for each of the {} points", t.len()),
-                found: format!("{} weights", weights.len()),
+                expected: format!("({0},), one for each of the {0} points", t.len()),
+                found: format!("({},)", weights.len()),
             });
         }
         if let Some((i, found)) = weights
@@ -232,8 +232,8 @@ fn between(
     let Some(lambda) = options.lambda else {
         return Err(Error::Shape {
             name: "t",
-            expected: "at least three times for cross-validation, or lam given".to_owned(),
-            found: "2".to_owned(),
+            expected: "(N,) with N >= 3 for cross-validation, or lam given".to_owned(),
+            found: "(2,)".to_owned(),
         });
     };
     let [s0, s1] = data;
