@@ -28,7 +28,7 @@ from stiefel_rs import (
     orthogonal_log,
     skew_exp,
 )
-from stiefel_rs._core import RotationCurve
+from stiefel_rs._core import RotationCurve, interpolated_rotations
 
 Array = NDArray[np.float64]
 Call = Callable[[], object]
@@ -186,7 +186,7 @@ CALLS: Final[dict[str, Callable[[], Call]]] = {
     "spline_periodic": periodic_call,
     "spline_small": lambda: partial(CubicSpline, *distant()[:2], "clamped"),
     "rotations_one_thread": rotations_call,
-    "rotations_batch": lambda: partial(RotationCurve.batch, *rotations(6, 16), max_iterations=20_000),
+    "rotations_batch": lambda: partial(interpolated_rotations, *rotations(6, 16), max_iterations=20_000),
     "hermite": lambda: hermite_call(None),
     "hermite_small": lambda: partial(CubicHermite, *distant()),
     "hermite_one_thread": lambda: hermite_call(1),

@@ -1,4 +1,4 @@
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from os import PathLike
 from typing import Any, Final, Literal, final, overload
 
@@ -61,16 +61,20 @@ __all__ = [
     "exp_variation",
     "integrate_cubic",
     "integrate_embedded",
+    "interpolated_rotations",
     "log_pullback",
     "log_variation",
     "num_threads",
     "orthogonal_log",
     "orthogonal_log_pullback",
     "orthogonal_log_variation",
+    "rotations_with_rates",
+    "sampled_rotations",
     "simd_features",
     "skew_exp",
     "skew_exp_pullback",
     "skew_exp_variation",
+    "smoothed_rotations",
     "solve_boundary",
 ]
 
@@ -2903,40 +2907,6 @@ class RotationCurve:
         RotationCurve
             The end pieces are continued beyond the first and the last knot, even if ``curve`` raises for such times.
         """
-    @staticmethod
-    def batch(
-        t: ArrayLike,
-        quaternions: ArrayLike,
-        bc_type: _BcType = "natural",
-        *,
-        tol: float = 1e-12,
-        max_iterations: int = 200,
-        tension: float = 0.0,
-        extrapolate: bool = True,
-        num_threads: int | None = None,
-    ) -> list[RotationCurve]:
-        """Construct many curves at once, on several threads.
-
-        Parameters
-        ----------
-        t : array_like, shape (N,) or (M, N)
-            Times in seconds, shared by all curves or one row per curve.
-        quaternions : array_like, shape (M, N, 4)
-            Rotations as quaternions, scalar last.
-        bc_type : str or pair, default "natural"
-            As for the class; the same for all curves.
-        tol, max_iterations, tension, extrapolate, num_threads
-            As for the class.
-
-        Returns
-        -------
-        list of RotationCurve
-
-        Raises
-        ------
-        InvalidInputError, OutsideDomainError, ConvergenceError
-            As for the class, for the first curve that fails; the message names it.
-        """
     def quaternions(self, t: ArrayLike) -> _Array:
         """Evaluate unit quaternions at times.
 
@@ -3056,6 +3026,129 @@ class CubicTrajectory:
         """
     def __copy__(self) -> CubicTrajectory: ...
     def __deepcopy__(self, _memo: object) -> CubicTrajectory: ...
+
+def interpolated_rotations(
+    t: ArrayLike,
+    quaternions: ArrayLike,
+    bc_type: _BcType = "natural",
+    *,
+    tol: float = 1e-12,
+    max_iterations: int = 200,
+    tension: float = 0.0,
+    extrapolate: bool = True,
+    num_threads: int | None = None,
+) -> list[RotationCurve]:
+    """Splines through the rotations of many members, as :class:`RotationCurve` makes one.
+
+    Parameters
+    ----------
+    t : array_like, shape (N,) or (M, N)
+        Times in seconds, shared by all curves or one row per curve.
+    quaternions : array_like, shape (M, N, 4)
+        Rotations as quaternions, scalar last, of any nonzero length.
+    bc_type : str or pair, default "natural"
+        End conditions of all curves, as for :class:`RotationCurve`.
+    tol, max_iterations, tension, extrapolate, num_threads
+        As for :class:`RotationCurve`.
+
+    Returns
+    -------
+    list of RotationCurve
+
+    Raises
+    ------
+    InvalidInputError, OutsideDomainError, ConvergenceError
+        As for :class:`RotationCurve`, for the first curve that fails; the message names it.
+    """
+
+def rotations_with_rates(
+    t: ArrayLike,
+    quaternions: ArrayLike,
+    rates: ArrayLike,
+    *,
+    named: bool,
+    extrapolate: bool,
+    num_threads: int | None,
+) -> list[RotationCurve]:
+    """Curves through rotations with given rates; once continuously differentiable.
+
+    Parameters
+    ----------
+    t : array_like, shape (N,) or (M, N)
+        Times in seconds, shared by all curves or one row per curve.
+    quaternions : array_like, shape (M, N, 4)
+        Rotations as quaternions, scalar last, of any nonzero length.
+    rates : array_like, shape (M, N, 3)
+        Rates in the body frame, in rad/s.
+    named : bool
+        Whether errors name the curve that fails.
+    extrapolate, num_threads
+        As for :class:`RotationCurve`.
+
+    Returns
+    -------
+    list of RotationCurve
+        With :class:`CubicHermite` as ``curve``.
+
+    Raises
+    ------
+    InvalidInputError, OutsideDomainError, ConvergenceError
+        As for :class:`RotationCurve`. For half turns whose direction the rates do not decide, ``OutsideDomainError``.
+    """
+
+def smoothed_rotations(
+    t: ArrayLike,
+    quaternions: ArrayLike,
+    weights: ArrayLike | None,
+    lam: float | None,
+    *,
+    named: bool,
+    tol: float,
+    max_iterations: int,
+    extrapolate: bool,
+    num_threads: int | None,
+) -> list[RotationCurve]:
+    """Smoothing splines near rotations.
+
+    Parameters
+    ----------
+    t : array_like, shape (N,) or (M, N)
+        Times in seconds, not decreasing, shared by all curves or one row per curve.
+    quaternions : array_like, shape (M, N, 4)
+        Rotations as quaternions, scalar last, of any nonzero length.
+    weights : array_like, shape (N,), optional
+        As for :class:`SmoothingSpline`; the same for all curves.
+    lam, tol, max_iterations, extrapolate, num_threads
+        As for :class:`SmoothingSpline`.
+    named : bool
+        Whether errors name the curve that fails.
+
+    Returns
+    -------
+    list of RotationCurve
+        With :class:`SmoothingSpline` as ``curve``.
+
+    Raises
+    ------
+    InvalidInputError, OutsideDomainError, ConvergenceError
+        As for :class:`SmoothingSpline`.
+    """
+
+def sampled_rotations(curves: Sequence[RotationCurve], t: ArrayLike, order: int) -> _Array:
+    """Evaluate many curves at the same times or at times of their own.
+
+    Parameters
+    ----------
+    curves : list of RotationCurve, length M
+    t : array_like, shape (T,) or (M, T)
+        Times in seconds; the end pieces are continued beyond the keyframes.
+    order : {0, 1, 2, 3}
+        0 for unit quaternions, scalar last; 1, 2 and 3 for body rates in rad/s^order.
+
+    Returns
+    -------
+    ndarray, shape (M, T, 4) or (M, T, 3)
+    """
 
 def solve_boundary(
     S0: ArrayLike,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import trajectory_files
-from .errors import InvalidInputError
+from .errors import InvalidInputError, StiefelError
 from .sample_times import at_rate
 from .trajectory_files import CSV_SUFFIX, EXACT, TUM_SUFFIXES, Recording
 
@@ -88,9 +88,15 @@ def build(found: Recording, kind: str, bc_type: str | None = None, lam: float | 
 
     spline: Any = RotationSpline if found.positions is None else PoseSpline
     t = np.array([_offset(stamp, found.stamps[0]) for stamp in found.stamps])
-    if kind == SMOOTHING:
-        return spline.smoothing(t, found.poses, lam=lam)
-    return spline(t, found.poses, bc_type or BC_TYPES[0])
+    try:
+        if kind == SMOOTHING:
+            return spline.smoothing(t, found.poses, lam=lam)
+        return spline(t, found.poses, bc_type or BC_TYPES[0])
+    except StiefelError as error:
+        if error.knot is not None:
+            line = found.lines[error.knot]
+            error.args = (f"{found.name}, line {line}: {error.args[0]}", *error.args[1:])
+        raise
 
 
 def _offset(stamp: Decimal, first: Decimal) -> float:

@@ -20,6 +20,7 @@ from .rotation_input import (
 
 PoseKind: TypeAlias = Literal["RigidTransform", "matrices", "pair"]
 
+EXPECTED: Final = "expected a RigidTransform, matrices (N, 4, 4) or a tuple (rotations, positions)"
 LAST_ROW: Final = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -62,6 +63,8 @@ def read_poses(poses: Any, *, project: bool = False) -> Poses:
     project = flag("project", project)
     if is_transform(poses, "RigidTransform"):
         return _of_scipy(poses)
+    if isinstance(poses, list | tuple) and any(is_transform(item, "RigidTransform") for item in poses):
+        raise TypeError("poses: found a list of RigidTransform objects; join them with RigidTransform.concatenate")
     # A tuple may also consist of two matrices.
     if isinstance(poses, tuple) and len(poses) == 2 and shape_of(poses[1]) != (4, 4):
         return _of_pair(*poses, project=project)
@@ -78,13 +81,12 @@ def _of_scipy(poses: Any) -> Poses:
 
 
 def _of_matrices(poses: Any, *, project: bool) -> Poses:
+    if shape_of(poses) is None:
+        raise InvalidInputError(f"poses: {EXPECTED}, found items of different shapes")
     matrices = real_array(poses, "poses")
     single = is_single(poses)
     if matrices.ndim != 3 or matrices.shape[1:] != (4, 4):
-        raise InvalidInputError(
-            "poses: expected a RigidTransform, matrices (N, 4, 4) or a tuple (rotations, positions), "
-            f"found shape {matrices.shape}"
-        )
+        raise InvalidInputError(f"poses: {EXPECTED}, found shape {matrices.shape}")
     check_knots_finite(matrices, "poses", 2)
     wrong = (np.abs(matrices[:, 3] - LAST_ROW) > (ORTHONORMAL_SINGLE if single else ORTHONORMAL)).any(axis=-1)
     if wrong.any():

@@ -75,7 +75,7 @@ def closed(positions: Array) -> Array:
         return positions
     gap = float(np.abs(positions[-1] - positions[0]).max())
     extent = float(np.ptp(positions, axis=0).max())
-    round_off = 4 * float(np.spacing(np.abs(positions).max()))
+    round_off = 4 * float(np.finfo(np.float64).eps * np.abs(positions).max())
     if gap > max(CLOSED * extent, round_off):
         raise at_knot(
             f"positions: the last must equal the first (periodic ends), found a gap of {gap:.3g}",

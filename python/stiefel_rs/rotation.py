@@ -7,14 +7,22 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import CubicHermite, CubicSpline, RotationCurve, SmoothingSpline, Stiefel
+from ._core import (
+    CubicHermite,
+    CubicSpline,
+    RotationCurve,
+    SmoothingSpline,
+    Stiefel,
+    interpolated_rotations,
+    rotations_with_rates,
+    smoothed_rotations,
+)
 from .angular_motion import Frame, check_frame
 from .array_input import Array, check_lam, either, either_weights, flag, vectors_at_knots
 from .end_conditions import BcType, in_body_frame, read_bc_type
 from .errors import InvalidInputError
-from .half_turns import check_directions
-from .rotation_curves import RotationCurves, each_curve, each_member, flat_batch
-from .rotation_input import KINDS, RotationKind, inverse, matrices_of, read_rotations, rotated, unit
+from .rotation_curves import RotationCurves, flat_batch
+from .rotation_input import KINDS, RotationKind, inverse, read_rotations, rotated, unit
 from .rotation_motion import RotationMotion
 
 if TYPE_CHECKING:
@@ -72,7 +80,8 @@ class RotationSpline(RotationMotion):
         Two consecutive rotations are half a turn apart, so that the shortest path is not unique: their angle is within
         2.7e-15 rad of pi, 12 times the machine epsilon. Carries ``knot``, the index of the first, and ``angle`` in rad.
     ConvergenceError
-        No spline was found; carries ``report``.
+        No spline was found; carries ``report``, and ``knot`` if the interval after it is much longer than a neighbour
+        and the curve would be fast there.
     TypeError
         Complex numbers, dates, objects.
 
@@ -143,20 +152,17 @@ class RotationSpline(RotationMotion):
         options["num_threads"] = num_threads
         if quaternions.ndim == 2:
             curves = [RotationCurve(t, quaternions, ends, **options)]
-        elif 0 in quaternions.shape[:-2]:
-            members = each_member(t, quaternions)
-            curves = each_curve(lambda *each: RotationCurve(*each, **options), members, quaternions.shape[:-2])
         else:
-            curves = RotationCurve.batch(*flat_batch(t, quaternions), ends, **options)
+            curves = interpolated_rotations(*flat_batch(t, quaternions), ends, **options)
         self._set(RotationCurves(tuple(curves), *_axes(quaternions), extrapolate), kind, ends)
 
     @classmethod
-    def _made(cls, curves: Sequence[Curve], rotations: Array, kind: RotationKind, extrapolate: bool) -> RotationSpline:
-        """Make splines from curves near rotations, shape (..., N, 4), with the sign of the first rotation."""
-        starts = rotations[..., 0, :].reshape(-1, 4)
-        members = tuple(RotationCurve.of_curve(*each) for each in zip(curves, starts, strict=True))
+    def _made(
+        cls, members: Sequence[RotationCurve], rotations: Array, kind: RotationKind, extrapolate: bool
+    ) -> RotationSpline:
+        """Make splines from curves near rotations, shape (..., N, 4)."""
         self = cls.__new__(cls)
-        self._set(RotationCurves(members, *_axes(rotations), extrapolate), kind, None)
+        self._set(RotationCurves(tuple(members), *_axes(rotations), extrapolate), kind, None)
         return self
 
     @classmethod
@@ -247,7 +253,7 @@ class RotationSpline(RotationMotion):
         max_iterations : int, default 200
             Largest number of iterations.
         num_threads : int, optional
-            Number of threads; by default the size of the global pool. Splines of a batch are fitted one after another.
+            Number of threads; by default the size of the global pool.
 
         Returns
         -------
@@ -282,12 +288,8 @@ class RotationSpline(RotationMotion):
         check_lam(lam)
         weights = either_weights(weights, w)
         kind, quaternions = read_rotations(rotations, project=project)
-        members = each_member(t, quaternions)
-        curves = each_curve(
-            lambda times, q: SmoothingSpline(times, matrices_of(unit(q)), weights, lam, **options),
-            members,
-            quaternions.shape[:-2],
-        )
+        options["named"] = quaternions.ndim > 2
+        curves = smoothed_rotations(*flat_batch(t, quaternions), weights, lam, **options)
         return cls._made(curves, quaternions, kind, extrapolate)
 
     @classmethod
@@ -320,7 +322,7 @@ class RotationSpline(RotationMotion):
         extrapolate, project : bool
             As for the class.
         num_threads : int, optional
-            Number of threads; by default the size of the global pool. Splines of a batch are made one after another.
+            Number of threads; by default the size of the global pool.
 
         Returns
         -------
@@ -345,10 +347,10 @@ class RotationSpline(RotationMotion):
         """
         extrapolate = flag("extrapolate", extrapolate)
         kind, quaternions = read_rotations(rotations, project=project)
-        quaternions = unit(quaternions)
-        members = each_member(t, quaternions, _body_rates(rates, quaternions, frame))
-        options: Any = {"extrapolate": extrapolate, "num_threads": num_threads}
-        curves = each_curve(lambda *each: _hermite(*each, **options), members, quaternions.shape[:-2])
+        w = _body_rates(rates, unit(quaternions), frame)
+        options: Any = {"extrapolate": extrapolate, "num_threads": num_threads, "named": quaternions.ndim > 2}
+        times, members = flat_batch(t, quaternions)
+        curves = rotations_with_rates(times, members, w.reshape(*members.shape[:-1], 3), **options)
         return cls._made(curves, quaternions, kind, extrapolate)
 
 
@@ -366,22 +368,7 @@ def _axes(quaternions: Array) -> tuple[tuple[int, ...], int]:
     return tuple(shape), knots
 
 
-def _hermite(t: ArrayLike, quaternions: Array, rates: Array, **options: Any) -> CubicHermite:
-    """Make the curve of one spline from unit quaternions and rates in the body frame."""
-    R = matrices_of(quaternions)
-    curve = CubicHermite(t, R, R @ _hat(rates), **options)
-    check_directions(curve.t, quaternions, rates)
-    return curve
-
-
 def _body_rates(rates: ArrayLike, quaternions: Array, frame: Frame) -> Array:
     """Read rates at unit quaternions, shape (..., N, 4), and express them in the body frame."""
     w = vectors_at_knots(rates, "rates", (*quaternions.shape[:-1], 3))
     return rotated(inverse(quaternions), w) if check_frame(frame) == "world" else w
-
-
-def _hat(w: Array) -> Array:
-    """Return the skew matrices with ``hat(w) x = w x x``."""
-    out = np.zeros((*w.shape, 3))
-    out[..., 2, 1], out[..., 0, 2], out[..., 1, 0] = w[..., 0], w[..., 1], w[..., 2]
-    return out - np.swapaxes(out, -1, -2)

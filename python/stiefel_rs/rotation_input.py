@@ -15,6 +15,7 @@ from .errors import InvalidInputError
 RotationKind: TypeAlias = Literal["Rotation", "quaternions", "matrices"]
 
 KINDS: Final = ("Rotation", "quaternions", "matrices")
+EXPECTED: Final = "expected a Rotation, quaternions (..., N, 4) or matrices (..., N, 3, 3)"
 # Largest entry of R^T R - I: round-off of products, and of numbers stored in single precision.
 ORTHONORMAL: Final = 1e-9
 ORTHONORMAL_SINGLE: Final = 1e-5
@@ -81,6 +82,8 @@ def read_rotations(rotations: Any, *, project: bool = False) -> Rotations:
         return rotations
     if is_transform(rotations, "Rotation"):
         return Rotations("Rotation", _of_scipy(rotations))
+    if rotations is None:
+        raise TypeError(f"rotations: {EXPECTED}, found None")
     if isinstance(rotations, list | tuple) and any(is_transform(item, "Rotation") for item in rotations):
         raise TypeError("rotations: found a list of Rotation objects; join them with Rotation.concatenate")
     array = real_array(rotations, "rotations")
@@ -92,9 +95,7 @@ def read_rotations(rotations: Any, *, project: bool = False) -> Rotations:
     if array.ndim >= 3 and array.shape[-2:] == (3, 3):
         check_knots_finite(array, "rotations", 2)
         return Rotations("matrices", quaternions_of(_rotation_matrices(array, single=single, project=project)))
-    raise InvalidInputError(
-        f"rotations: expected a Rotation, quaternions (..., N, 4) or matrices (..., N, 3, 3), found shape {array.shape}"
-    )
+    raise InvalidInputError(f"rotations: {EXPECTED}, found shape {array.shape}")
 
 
 def is_single(values: Any) -> bool:

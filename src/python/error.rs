@@ -239,7 +239,9 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         Error::InvalidArgument { name: "t", .. } => {
             message = message.replacen("or enable extrapolation", EXTRAPOLATION, 1);
         }
-        Error::OutsideLogDomain { .. } | Error::RightAngle { .. } if is_cured_by_a_knot(error) => {
+        Error::OutsideLogDomain { .. } | Error::UndecidedTurn { .. } | Error::RightAngle { .. }
+            if is_cured_by_a_knot(error) =>
+        {
             message.push_str("; add a knot between them");
         }
         Error::NotTangent { .. } | Error::NotHorizontal { .. } => message.push_str(VECTOR_ADVICE),
@@ -248,6 +250,7 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     message.push_str(place);
     match cause {
         Error::OutsideLogDomain { .. }
+        | Error::UndecidedTurn { .. }
         | Error::NoJoiningCurve { .. }
         | Error::RightAngle { .. }
         | Error::BranchJump { .. }

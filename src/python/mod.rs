@@ -36,6 +36,7 @@ mod quasi_geodesic;
 mod record;
 mod restored;
 mod riemannian_cubic;
+mod rotation_batch;
 mod rotation_curve;
 mod rotation_data;
 mod smoothing;
@@ -85,6 +86,9 @@ pub mod _core {
         quasi_geodesic::PyQuasiGeodesic,
         restored::_restored,
         riemannian_cubic::PyRiemannianCubic,
+        rotation_batch::{
+            interpolated_rotations, rotations_with_rates, sampled_rotations, smoothed_rotations,
+        },
         rotation_curve::PyRotationCurve,
         smoothing::PySmoothingSpline,
         spline::{PyCubicHermite, PyCubicSpline},

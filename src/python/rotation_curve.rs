@@ -5,15 +5,13 @@ use pyo3::sync::PyOnceLock;
 use super::knots::{BcType, GivenEnds, times};
 use super::piecewise::{Cubics, PyPiecewiseCurve, Spline, SplineData};
 use super::prelude::*;
-use super::rotation_data::{ends, keyframes, times_of_members};
+use super::rotation_data::{ends, keyframes};
 use super::spline::PyCubicSpline;
 use crate::rotation::{RotationSpline, frame};
 use crate::shooting::ROTATIONS_ON_ONE_THREAD;
-use crate::spline::{Outside, SplineOptions, check_times};
-use crate::threads;
+use crate::spline::{Outside, SplineOptions};
 
-/// Microseconds to solve for a spline, for each of its keyframes, and the work that this is.
-const SOLVED: f64 = 3.0;
+/// Work to solve for a spline, for each of its keyframes.
 const WORK_OF_SOLVED: f64 = 30.0;
 
 /// Curve of rotations as unit quaternions: the form that :class:`RotationSpline` evaluates.
@@ -58,7 +56,7 @@ const WORK_OF_SOLVED: f64 = 30.0;
 /// True
 #[pyclass(name = "RotationCurve", module = "stiefel_rs._core", frozen)]
 pub struct PyRotationCurve {
-    spline: Arc<RotationSpline>,
+    pub(super) spline: Arc<RotationSpline>,
     /// Times of the keyframes in seconds; read-only, shape (N,).
     #[pyo3(get)]
     t: Owned,
@@ -68,7 +66,7 @@ pub struct PyRotationCurve {
 }
 
 /// Data and options of a solve.
-struct SolveInput {
+pub(super) struct SolveInput {
     quaternions: Owned,
     /// As given, and for matrices.
     bc_type: Py<PyAny>,
@@ -78,7 +76,7 @@ struct SolveInput {
 
 /// Options of a solve.
 #[derive(Clone, Copy)]
-struct How {
+pub(super) struct How {
     tolerance: f64,
     max_iterations: usize,
     tension: f64,
@@ -87,7 +85,12 @@ struct How {
 }
 
 impl How {
-    fn new(tolerance: f64, max_iterations: i64, tension: f64, extrapolate: bool) -> PyResult<Self> {
+    pub(super) fn new(
+        tolerance: f64,
+        max_iterations: i64,
+        tension: f64,
+        extrapolate: bool,
+    ) -> PyResult<Self> {
         Ok(How {
             tolerance,
             max_iterations: count("max_iterations", max_iterations, 1)?,
@@ -96,7 +99,7 @@ impl How {
         })
     }
 
-    fn options(self, interrupt: Interrupt<'_>) -> SplineOptions<'_> {
+    pub(super) fn options(self, interrupt: Interrupt<'_>) -> SplineOptions<'_> {
         SplineOptions {
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
@@ -165,88 +168,7 @@ impl PyRotationCurve {
         });
         let start = start.transpose()?;
         let spline = RotationSpline::of_curve(Arc::new(continued), start.as_ref(), this.report)?;
-        let known = PyOnceLock::new();
-        // The cell was just made and is empty.
-        let _ = known.set(py, curve.clone().into_any().unbind());
-        Self::of(py, spline, None, known)
-    }
-
-    /// Construct many curves at once, on several threads.
-    ///
-    /// Parameters
-    /// ----------
-    /// t : array_like, shape (N,) or (M, N)
-    ///     Times in seconds, shared by all curves or one row per curve.
-    /// quaternions : array_like, shape (M, N, 4)
-    ///     Rotations as quaternions, scalar last.
-    /// bc_type : str or pair, default "natural"
-    ///     As for the class; the same for all curves.
-    /// tol, max_iterations, tension, extrapolate, num_threads
-    ///     As for the class.
-    ///
-    /// Returns
-    /// -------
-    /// list of RotationCurve
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError, OutsideDomainError, ConvergenceError
-    ///     As for the class, for the first curve that fails; the message names it.
-    #[staticmethod]
-    #[pyo3(signature = (
-        t, quaternions, bc_type=BcType::default(), *, tol=1e-12, max_iterations=200, tension=0.0, extrapolate=true, num_threads=None
-    ), text_signature = "(t, quaternions, bc_type='natural', *, tol=1e-12, max_iterations=200, tension=0.0, \
-        extrapolate=True, num_threads=None)")]
-    fn batch(
-        t: &Any,
-        quaternions: &Any,
-        bc_type: BcType<'_>,
-        tol: f64,
-        #[pyo3(from_py_with = whole)] max_iterations: i64,
-        tension: f64,
-        extrapolate: bool,
-        num_threads: Option<i64>,
-    ) -> PyResult<Vec<Self>> {
-        let py = t.py();
-        let how = How::new(tol, max_iterations, tension, extrapolate)?;
-        let (shape, entries) = read_axes::<3>(quaternions, "quaternions", "(M, N, 4)")?;
-        let rotations = keyframes(&shape, &entries)?;
-        let [members, knots, _] = shape;
-        let (t, is_shared) = times_of_members(t, [members, knots])?;
-        // First what members share: errors about it name none of them.
-        how.options(Interrupt::NEVER).check()?;
-        if is_shared {
-            check_times(&t, knots)?;
-        }
-        let mut conditions = Vec::with_capacity(members);
-        let mut given = Vec::with_capacity(members);
-        for member in 0..members {
-            let ends = ends(py, &bc_type, &rotations[member * knots..][..knots])?;
-            let quaternions = entries[4 * knots * member..][..4 * knots].to_vec();
-            given.push(SolveInput::new(py, quaternions, &bc_type, ends.given, how)?);
-            conditions.push(ends.conditions);
-        }
-        let micros = SOLVED * knots as f64;
-        let call = Call::new(py, num_threads, WORK_OF_SOLVED * (members * knots) as f64)?
-            .uncertain()
-            .distributed(!threads::is_alone(members, micros));
-        let found = call.run_any(move |interrupt| {
-            let options = how.options(interrupt);
-            let one = |(): &mut (), member: usize| {
-                let t = match is_shared {
-                    true => &t[..],
-                    false => &t[member * knots..][..knots],
-                };
-                let (rotations, ends) =
-                    (&rotations[member * knots..][..knots], &conditions[member]);
-                let spline = RotationSpline::with_conditions(t, rotations, ends, &options);
-                spline.map_err(|error| (member, error))
-            };
-            threads::map(members, micros, || (), one)
-        })?;
-        let splines = found.map_err(|(member, error)| at_member(&error, member, &[members]))?;
-        let wrap = |(spline, given)| Self::of(py, spline, Some(given), PyOnceLock::new());
-        splines.into_iter().zip(given).map(wrap).collect()
+        Self::of(py, spline, None, Some(curve.clone().into_any().unbind()))
     }
 
     /// Evaluate unit quaternions at times.
@@ -376,15 +298,20 @@ impl PyRotationCurve {
             let options = how.options(interrupt);
             RotationSpline::with_conditions(&t, &rotations, &conditions, &options)
         })?;
-        Self::of(py, spline, Some(given), PyOnceLock::new())
+        Self::of(py, spline, Some(given), None)
     }
 
-    fn of(
+    pub(super) fn of(
         py: Python<'_>,
         spline: RotationSpline,
         given: Option<SolveInput>,
-        curve: PyOnceLock<Py<PyAny>>,
+        known: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
+        let curve = PyOnceLock::new();
+        if let Some(known) = known {
+            // The cell was just made and is empty.
+            let _ = curve.set(py, known);
+        }
         Ok(PyRotationCurve {
             t: Array::flat(spline.knots().to_vec()).frozen(py)?,
             spline: Arc::new(spline),
@@ -437,7 +364,7 @@ impl PyRotationCurve {
 }
 
 impl SolveInput {
-    fn new(
+    pub(super) fn new(
         py: Python<'_>,
         quaternions: Vec<f64>,
         bc_type: &BcType<'_>,

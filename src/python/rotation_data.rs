@@ -15,15 +15,15 @@ pub(super) fn times_of_members(
     if !matches!(axes, Ok(2)) {
         return Ok((times(t)?, true));
     }
-    let ([rows, columns], flat) = read_axes(t, "t", "(M, N)")?;
-    if [rows, columns] != [members, knots] {
-        return Err(unexpected("t", &tuple(&[members, knots]), &[rows, columns]));
-    }
     if t.cast::<PyArrayDyn<f64>>().is_err() {
         // Checks the types of the numbers, row by row.
         for row in t.try_iter()? {
             times(&row?)?;
         }
+    }
+    let ([rows, columns], flat) = read_axes(t, "t", "(M, N)")?;
+    if [rows, columns] != [members, knots] {
+        return Err(unexpected("t", &tuple(&[members, knots]), &[rows, columns]));
     }
     Ok((flat, false))
 }

@@ -6,7 +6,7 @@ use super::prelude::*;
 use super::state::check_finite;
 use super::stored::{Form, form};
 use crate::curve::{Curve, Quantity};
-use crate::spline::{SmoothingOptions, smoothing_spline};
+use crate::spline::{SmoothingOptions, SmoothingSpline, smoothing_spline};
 use crate::stored::refusal;
 
 /// Smoothing spline: a curve near data points that trades distance to the data against cost.
@@ -133,7 +133,7 @@ impl PySmoothingSpline {
         let weights: Option<Vec<f64>> = weights.map(|([_], weights)| weights);
         check_finite("weights", weights.as_deref().unwrap_or(&[]))?;
         let call = data.call(t.py(), num_threads)?;
-        let (fitted, spline) = call.run(move |interrupt| {
+        let fit = call.run(move |interrupt| {
             let options = SmoothingOptions {
                 lambda: lam,
                 tolerance: tol,
@@ -143,27 +143,9 @@ impl PySmoothingSpline {
                 interrupt,
             };
             let views = data.points.views();
-            let fitted = smoothing_spline(&data.t, &views, weights.as_deref(), &options)?;
-            let curve = fitted.curve.clone().with_outside(outside(extrapolate));
-            let (t, (n, k)) = (curve.knots().to_vec(), data.shape());
-            let found = Curve::sample(&curve, &t, Quantity::Derivative(0), interrupt)?;
-            let mut points = Vec::with_capacity(t.len() * n * k);
-            for point in found.iter() {
-                points.extend(point.row_iter().flat_map(|row| row.iter()));
-            }
-            let points = Batch::of([t.len(), n, k], points, field);
-            let spline = Spline {
-                cubics: Cubics::Riemannian(Arc::new(curve)),
-                data: SplineData { t, points },
-                report: Some(fitted.report),
-            };
-            Ok((fitted, spline))
+            Fit::new(&data.t, &views, weights.as_deref(), &options)
         })?;
-        Ok(spline.wrap(t.py())?.add_subclass(PySmoothingSpline {
-            lam: fitted.lambda,
-            misfit: field.squared(fitted.misfit),
-            degrees_of_freedom: fitted.degrees_of_freedom,
-        }))
+        fit.wrap(t.py(), field, extrapolate)
     }
 
     /// All numbers of the curve, for files and pickles.
@@ -174,6 +156,54 @@ impl PySmoothingSpline {
         let lam = this.lam.min(INFINITE);
         fields.put_flat(SMOOTHING, vec![lam, this.misfit, this.degrees_of_freedom]);
         form(py, Self::NAME, field, fields)
+    }
+}
+
+/// A smoothing spline, and its points at the knots.
+pub(super) struct Fit {
+    pub(super) fitted: SmoothingSpline,
+    /// Row by row.
+    points: Vec<f64>,
+}
+
+impl Fit {
+    /// # Errors
+    /// As [`smoothing_spline`].
+    pub(super) fn new(
+        t: &[f64],
+        data: &[MatRef<'_, f64>],
+        weights: Option<&[f64]>,
+        options: &SmoothingOptions<'_>,
+    ) -> Result<Self> {
+        let fitted = smoothing_spline(t, data, weights, options)?;
+        let (knots, position) = (fitted.curve.knots(), Quantity::Derivative(0));
+        let points = Curve::sample(&fitted.curve, knots, position, options.interrupt)?;
+        let rows = points.iter().flat_map(|point| point.row_iter());
+        let points = rows.flat_map(|row| row.iter()).copied().collect();
+        Ok(Fit { fitted, points })
+    }
+
+    /// The object of a curve with points of a field.
+    pub(super) fn wrap(
+        self,
+        py: Python<'_>,
+        field: Field,
+        extrapolate: bool,
+    ) -> PyResult<PyClassInitializer<PySmoothingSpline>> {
+        let Fit { fitted, points } = self;
+        let (t, curve) = (fitted.curve.knots().to_vec(), &fitted.curve);
+        let points = Batch::of([t.len(), curve.n(), curve.k()], points, field);
+        let curve = fitted.curve.with_outside(outside(extrapolate));
+        let spline = Spline {
+            cubics: Cubics::Riemannian(Arc::new(curve)),
+            data: SplineData { t, points },
+            report: Some(fitted.report),
+        };
+        Ok(spline.wrap(py)?.add_subclass(PySmoothingSpline {
+            lam: fitted.lambda,
+            misfit: field.squared(fitted.misfit),
+            degrees_of_freedom: fitted.degrees_of_freedom,
+        }))
     }
 }
 

@@ -157,6 +157,10 @@ impl PyCubicHermite {
 }
 
 impl PyCubicHermite {
+    pub(super) fn with(velocities: Owned) -> Self {
+        PyCubicHermite { velocities }
+    }
+
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geometric = is_second("kind", &form.word(PIECES)?, KINDS)?;
         let field = form.field;

@@ -191,6 +191,11 @@ def test_errors_of_files(files, capsys):
     (files / "bad.tum").write_text("0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 2\n")
     assert run(files, "--num", "5", source="bad.tum") == 1
     assert capsys.readouterr().err.startswith(f"stiefel-rs: {files / 'bad.tum'}, line 2: the quaternion has norm 2,")
+    half_turn = ["0 0 0 0 0 0 0 1", "1 0 0 0 0 0 0.7071 0.7071", "2 0 0 0 0 0 0.7071 -0.7071"]
+    (files / "half.tum").write_text("\n".join(["# from a quarter turn to three", *half_turn]))
+    assert run(files, "--num", "5", source="half.tum") == 1
+    err = capsys.readouterr().err
+    assert err.startswith(f"stiefel-rs: {files / 'half.tum'}, line 3: knots 1 and 2: ")
     (files / "one.tum").write_text("0 0 0 0 0 0 0 1\n")
     assert run(files, "--num", "5", source="one.tum") == 1
     assert capsys.readouterr().err.startswith("stiefel-rs: ")

@@ -60,6 +60,19 @@ def test_opposite_columns(name):
     assert_advised(caught, S0, -S0)
 
 
+@pytest.mark.parametrize("seed", [0, 4, 5])
+def test_uneven_times_do_not_hide_it(seed):
+    rng = np.random.default_rng(seed)
+    frames, S = [], np.linalg.qr(rng.standard_normal((6, 3)))[0]
+    for _ in range(10):
+        S = np.linalg.qr(S + 0.02 * rng.standard_normal((6, 3)))[0]
+        frames.append(S @ np.linalg.qr(rng.standard_normal((3, 3)))[0])
+    t = np.cumsum(rng.choice([1.0, 30.0], 10))
+    with pytest.raises((OutsideDomainError, ConvergenceError), match=HINT) as caught:
+        CubicSpline(t, frames)
+    assert "interval" not in str(caught.value)
+
+
 @pytest.mark.parametrize("field", ["real", "complex"])
 @pytest.mark.parametrize("bc_type", ["natural", "periodic"])
 def test_splines_through_turned_bases(field, bc_type):

@@ -327,13 +327,16 @@ def test_bad_poses(make):
     for wrong in (T + 0j, T.astype(object), "poses", None):
         with pytest.raises(TypeError, match="poses: expected real numbers"):
             make(t, wrong)
+    if HAS_RIGID:
+        with pytest.raises(TypeError, match="list of RigidTransform objects; join them"):
+            make(t, [transform.RigidTransform.identity()] * len(t))
+    refuse(r"or a tuple \(rotations, positions\), found items of different shapes", make, t, [q, p])
 
 
 @pytest.mark.parametrize("make", [PoseSpline, PoseSpline.smoothing])
 def test_bad_pairs(make):
     t, q, p = poses()
-    counts = r"positions: expected shape \(6, 3\), found \(7, 3\)|t: expected one time for each of the 7 poses"
-    refuse(counts, make, t, (q, np.zeros((7, 3))))
+    refuse(r"positions: expected shape \(6, 3\), found \(7, 3\)", make, t, (q, np.zeros((7, 3))))
     for wrong in (p[:, :2], p[0], p[None]):
         refuse(r"positions: expected shape \(N, 3\)", make, t, (q, wrong))
     wrong = p.copy()

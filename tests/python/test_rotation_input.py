@@ -126,9 +126,11 @@ def test_scipys_rotations_have_one_axis(make, data):
 
 def test_what_is_no_number(make, data):
     t, q = data
-    for wrong in (q + 0j, q.astype(str), q.astype(object), None):
+    for wrong in (q + 0j, q.astype(str), q.astype(object)):
         with pytest.raises(TypeError, match="rotations: expected real numbers"):
             make(t, wrong)
+    with pytest.raises(TypeError, match=r"rotations: expected a Rotation, quaternions .*, found None"):
+        make(t, None)
 
 
 def test_batches_with_wrong_times(data):
@@ -196,6 +198,11 @@ def test_truth_values_and_words(make, data):
     refuse("kind: expected one of", RotationSpline.from_curve, spline.curve, kind=np.array(["quaternions", "matrices"]))
 
 
+def test_batches_without_members_have_no_problem_to_solve():
+    fast = ((1, [1e3, 0.0, 0.0]), "natural")
+    assert RotationSpline(np.arange(5.0), np.zeros((0, 5, 4)), fast)(0.5).shape == (0, 4)
+
+
 def test_batches_without_members_are_checked(data):
     t, empty, rates = data[0], np.zeros((0, 4, 4)), np.zeros((0, 4, 3))
     makers = (
@@ -207,7 +214,7 @@ def test_batches_without_members_are_checked(data):
         assert make(t).t.shape == make(np.zeros((0, 4))).t.shape == (0, 4)
         refuse("knot 1: t: must be", make, t[::-1], knot=1)
         refuse("knot 2: t: entry 2 is not finite", make, [0, 1, np.nan, 3], knot=2)
-        refuse("one time for each of the 4 points, found 3", make, t[:3])
+        refuse("one time for each of the 4 points, found \\(3,\\)", make, t[:3])
         refuse(r"t: expected shape \(4,\) or \(0, 4\), found \(1, 4\)", make, t[None])
         refuse("num_threads", make, t, num_threads=0)
         with pytest.raises(TypeError, match="t: datetimes are not numbers"):
@@ -331,7 +338,7 @@ def test_keywords_of_scipy(data):
 
 def test_times_of_batches_are_not_cut_up(data):
     _, q = data
-    refuse("one time for each of the 4 points, found 8", RotationSpline, np.arange(8.0), np.stack([q, q]))
+    refuse("one time for each of the 4 points, found \\(8,\\)", RotationSpline, np.arange(8.0), np.stack([q, q]))
     refuse("N >= 2", RotationSpline, [], np.zeros((3, 0, 4)))
     refuse("N >= 2", RotationSpline, [0.0], np.ones((3, 1, 4)))
 
@@ -400,6 +407,15 @@ def test_errors_of_batches_name_the_member(data):
         rates = np.zeros((3, 4, 3))
         call = (lambda t, q: RotationSpline.hermite(t, q, rates)) if name == "hermite" else make  # noqa: B023
         refuse(r"\(batch member 1\)", call, times, batch, knot=2)
+
+
+def test_limits_set_by_the_times_of_a_member_name_it(data):
+    t, quaternions = data
+    batch = np.array([quaternions] * 2)
+    refuse(r"tension: .*\(batch member 1\)", RotationSpline, np.array([t / 100, t]), batch, tension=1e3)
+    with pytest.raises(InvalidInputError) as caught:
+        RotationSpline(t, batch, tension=1e3)
+    assert "member" not in str(caught.value)
 
 
 def test_errors_of_shared_arguments_name_no_member(data):

@@ -4,13 +4,14 @@ import copy
 import pickle
 import subprocess
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
 from rotation_problems import ANGLE, T, W, as_matrices, same, turned, wander
 from scipy.spatial.transform import Rotation
 
-from stiefel_rs import RotationSpline
+from stiefel_rs import ConvergenceError, InvalidInputError, RotationSpline
 from stiefel_rs.rotation_input import matrices_of, quaternions_of, rotated
 
 EPS = np.finfo(float).eps
@@ -144,15 +145,31 @@ def test_batches_are_the_same_for_any_number_of_threads():
     # More than 64 pieces in all: the splines are shared among the threads.
     q = np.stack([wander(20, seed)[1] for seed in range(40)])
     t, at = wander(20)[0], np.linspace(0, 19, 101)
-    expected = RotationSpline(t, q, num_threads=1)
-    for threads in (2, 7, None):
-        found = RotationSpline(t, q, num_threads=threads)
-        for order in range(4):
-            assert np.array_equal(found(at, order), expected(at, order))
+    for make in (RotationSpline, partial(RotationSpline.smoothing, lam=0.01), hermite):
+        expected = make(t, q, num_threads=1)
+        for threads in (2, 7, None):
+            found = make(t, q, num_threads=threads)
+            for order in range(4):
+                assert np.array_equal(found(at, order), expected(at, order))
 
 
-def hermite(t, q):
-    return RotationSpline.hermite(t, q, 0.1 * q[..., :3])
+def hermite(t, q, **options):
+    return RotationSpline.hermite(t, q, 0.1 * q[..., :3], **options)
+
+
+def test_values_of_a_batch_are_the_same_beyond_its_ends():
+    q = np.stack([wander(5, seed)[1] for seed in range(3)])
+    t = wander(5)[0] + 0.1 * np.arange(3.0)[:, None]
+    batch = RotationSpline(t, q)
+    singles = [RotationSpline(*each) for each in zip(t, q, strict=True)]
+    at = np.linspace(-1.0, 8.0, 10)
+    assert np.array_equal(batch(at), [single(at) for single in singles])
+    shared = np.array([t[-1, 0], t[0, -1]])
+    assert np.array_equal(batch(shared, 1, extrapolate=False), [single(shared, 1) for single in singles])
+    with pytest.raises(InvalidInputError, match="t: must be between"):
+        batch(t[0, 0], extrapolate=False)
+    with pytest.raises(ConvergenceError, match=r"\(batch member 0\)"):
+        batch(1e4)
 
 
 def test_batches_of_matrices():

@@ -193,6 +193,13 @@ def test_scaling_time_scales_rates():
 # Beyond the ends
 
 
+def test_a_curve_at_rest_is_exactly_at_rest(rng):
+    for q in rng.standard_normal((20, 4)):
+        spline = RotationSpline([0.0, 1.0, 2.5, 3.0], np.tile(q, (4, 1)))
+        assert np.array_equal(spline([-1e9, 0.3, 1e9], 1), np.zeros((3, 3)))
+        same(spline(1e9), q / np.linalg.norm(q), 1e-15)
+
+
 def test_end_pieces_go_on():
     spline = RotationSpline(T, turned(ANGLE))
     assert spline.extrapolate

@@ -114,7 +114,7 @@ def test_an_infinite_weight_is_kept(tmp_path):
 
 def test_two_points_leave_nothing_to_cross_validate():
     _, Y = noisy(3, 2, 10, 0)
-    with pytest.raises(InvalidInputError, match="at least three times for cross-validation, or lam given"):
+    with pytest.raises(InvalidInputError, match=r"\(N,\) with N >= 3 for cross-validation, or lam given, found \(2,\)"):
         SmoothingSpline([0.0, 1.0], Y[:2])
     assert SmoothingSpline([0.0, 1.0, 2.0], Y[:3]).lam > 0.0
 

@@ -285,7 +285,7 @@ def test_bad_arguments_of_smoothing_splines():
         with pytest.raises(InvalidInputError, match="lam: must be at least 0, or infinite"):
             SmoothingSpline(t, S, lam=lam)
     for weights, match in (
-        (np.ones(4), "weights: expected shape one for each of the 5 points"),
+        (np.ones(4), r"weights: expected shape \(5,\), one for each of the 5 points, found \(4,\)"),
         (np.ones((5, 1)), r"weights: expected shape \(N,\)"),
         ([1, 1, np.nan, 1, 1], "weights: entry 2 is not finite"),
         ([1, 1, 0, 1, 1], "weights: must be positive"),
