@@ -14,12 +14,14 @@ use crate::spline::{EndCondition, EndConditions};
 ///
 /// # Examples
 /// ```
-/// use nalgebra::{UnitQuaternion, Vector3}; use stiefel_rs::rotation::{ReferenceFrame, RotationEnd, RotationEnds,
-/// RotationSpline}; // Keyframes at the angles t^3 about an axis: from rest, with the right acceleration at the end,
-/// the spline is that cubic. let axis = Vector3::new(0.6, 0.0, 0.8); let keyframes = [0.0, 0.125, 1.0].map(|a|
-/// UnitQuaternion::from_scaled_axis(axis * a)); let ends = RotationEnds::Each([RotationEnd::Rate(Vector3::zeros()),
-/// RotationEnd::Acceleration(axis * 6.0)]); let spline = RotationSpline::new(&[0.0, 0.5, 1.0], &keyframes, &ends,
-/// &Default::default())?; assert!((spline.angular_velocity(0.8, ReferenceFrame::Body)? - axis * 1.92).norm() < 1e-11);
+/// use nalgebra::{UnitQuaternion, Vector3};
+/// use stiefel_rs::rotation::{ReferenceFrame, RotationEnd, RotationEnds, RotationSpline};
+/// // Keyframes at the angles t^3 about an axis: from rest, with the right acceleration at the end, it is that cubic.
+/// let axis = Vector3::new(0.6, 0.0, 0.8);
+/// let keyframes = [0.0, 0.125, 1.0].map(|a| UnitQuaternion::from_scaled_axis(axis * a));
+/// let ends = RotationEnds::Each([RotationEnd::Rate(Vector3::zeros()), RotationEnd::Acceleration(axis * 6.0)]);
+/// let spline = RotationSpline::new(&[0.0, 0.5, 1.0], &keyframes, &ends, &Default::default())?;
+/// assert!((spline.angular_velocity(0.8, ReferenceFrame::Body)? - axis * 1.92).norm() < 1e-11);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy)]

@@ -23,7 +23,7 @@ use crate::spline::{
     check_times, cubic_hermite, cubic_spline_of_legs, near_rotations, smoothing_spline,
 };
 
-/// The curve of matrices, which takes as long as half the solution and is seldom wanted.
+/// The curve of matrices, computed when it is first asked for.
 type LazyCurve = LazyLock<
     Arc<Piecewise<RiemannianCubic>>,
     Box<dyn FnOnce() -> Arc<Piecewise<RiemannianCubic>> + Send>,
@@ -365,8 +365,7 @@ impl RotationSpline {
     }
 
     /// Rates in the body frame, or their derivatives, at many times: `w` in rad/s (order 0), `w'` in rad/s^2 (order 1)
-    /// or
-    /// `w''` in rad/s^3 (order 2), radians per unit of time to the power `order + 1`.
+    /// or `w''` in rad/s^3 (order 2), radians per unit of time to the power `order + 1`.
     ///
     /// From 4096 times on, the thread pool shares the work, and memory is allocated.
     ///
