@@ -57,7 +57,7 @@ class PoseSpline(PoseMotion):
         Two consecutive rotations are half a turn apart, as for `RotationSpline`; carries ``knot``, the index of the
         first, and ``angle`` in rad.
     ConvergenceError
-        No spline of the rotations was found; carries ``report``.
+        No spline of the rotations was found; carries ``report``, and ``knot`` as for `RotationSpline`.
     TypeError
         Complex numbers, dates, objects.
     ImportError

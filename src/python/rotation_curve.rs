@@ -43,7 +43,7 @@ const WORK_OF_SOLVED: f64 = 30.0;
 /// OutsideDomainError
 ///     Two consecutive rotations are half a turn apart; carries ``knot``, the index of the first, and ``angle``.
 /// ConvergenceError
-///     No spline was found; carries ``report``.
+///     No spline was found; carries ``report``, and ``knot`` if the interval after it explains why.
 ///
 /// Examples
 /// --------

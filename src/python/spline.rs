@@ -227,7 +227,8 @@ impl PyCubicHermite {
 ///     No curve, or no unique shortest one, joins two consecutive points; carries ``knot``, the index of the first, and
 ///     ``angle``.
 /// ConvergenceError
-///     No spline was found; carries ``report``.
+///     No spline was found; carries ``report``, and ``knot`` if the interval after it is much longer than a neighbour
+///     and the curve would be fast there.
 /// TypeError
 ///     ``t`` is complex, or holds dates or durations.
 ///

@@ -32,8 +32,8 @@ type LazyCurve = LazyLock<
 /// A curve of rotations through keyframes: twice continuously differentiable, and stationary for the integral of the
 /// squared angular acceleration among the curves through the keyframes with the same end conditions.
 ///
-/// It is the [`cubic_spline`](crate::spline::cubic_spline) of the rotation matrices, as points of `St(3, 3)`, converted
-/// to unit quaternions. Their sign is continuous, and at the first keyframe it is that of the given quaternion. Outside
+/// It is the [`cubic_spline`](crate::spline::cubic_spline) of the rotation matrices, as points of `St(3, 3)`, in unit
+/// quaternions, from which it is also solved if neighbours are at most 1.4 rad apart. Their sign is continuous, and at the first keyframe it is that of the given quaternion. Outside
 /// the keyframes' times the first and the last piece are extrapolated.
 ///
 /// A rotation takes vectors of the body frame to the world frame. Angles are in radians and times in any unit, called s
@@ -271,7 +271,8 @@ impl RotationSpline {
         }
     }
 
-    /// The curve of matrices on `St(3, 3)`, for cost, arc length, bounds on rates and covariant derivatives.
+    /// The curve of matrices on `St(3, 3)`, for cost, arc length, bounds on rates and covariant derivatives; it may be
+    /// computed in the first call.
     pub fn curve(&self) -> &Arc<Piecewise<RiemannianCubic>> {
         &self.curve
     }

@@ -12,6 +12,7 @@ from rotation_problems import about, product, wander
 from scipy.spatial.transform import Rotation
 
 from stiefel_rs import (
+    ConvergenceError,
     CubicSpline,
     Grassmann,
     InvalidInputError,
@@ -407,6 +408,16 @@ def test_errors_of_batches_name_the_member(data):
         rates = np.zeros((3, 4, 3))
         call = (lambda t, q: RotationSpline.hermite(t, q, rates)) if name == "hermite" else make  # noqa: B023
         refuse(r"\(batch member 1\)", call, times, batch, knot=2)
+
+
+def test_a_spline_that_is_not_found_names_the_interval():
+    vectors = [[0, 0, 0], [2, 0, 0], [0, 2, 0.5], [1, -1, 2]]
+    rotations = Rotation.from_rotvec(np.array(vectors, dtype=float))
+    match = r"^knots 1 and 2: .*no convergence.*1000\.0 times as long as .*: add points within it"
+    with pytest.raises(ConvergenceError, match=match) as caught:
+        RotationSpline([0.0, 1.0, 1001.0, 1002.0], rotations)
+    assert caught.value.knot == 1
+    assert not caught.value.report.converged
 
 
 def test_limits_set_by_the_times_of_a_member_name_it(data):
