@@ -5,8 +5,6 @@
 
 mod context;
 
-use context::{place, short};
-
 use crate::report::SolverReport;
 
 /// Errors of the crate, with the measured numbers.
@@ -361,6 +359,39 @@ pub enum Error {
         /// Which computation.
         solver: &'static str,
     },
+}
+
+/// A number in few characters: whole numbers exactly, others to the last digit, very large and very small ones with a
+/// power of ten.
+fn short(x: f64) -> String {
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    let plain = 1e-4..=EXACT;
+    if x == 0.0 || !x.is_finite() || plain.contains(&x.abs()) {
+        format!("{x}")
+    } else {
+        format!("{x:e}")
+    }
+}
+
+/// The knot of an error, or the two knots that could not be joined.
+fn place(knot: usize, error: &Error) -> String {
+    match error {
+        Error::ControlPoints { .. }
+        | Error::OutsideLogDomain { .. }
+        | Error::UndecidedTurn { .. }
+        | Error::LogNotDifferentiable { .. }
+        | Error::NoJoiningCurve { .. }
+        | Error::RightAngle { .. }
+        | Error::OnlyBases { .. }
+        | Error::UnevenTimes { .. }
+        | Error::BranchJump { .. }
+        | Error::DifferentComponents { .. }
+        | Error::ConjugateEnds { .. }
+        | Error::Decomposition { .. }
+        | Error::NoConvergence { .. }
+        | Error::TooManySteps { .. } => format!("knots {knot} and {}", knot + 1),
+        _ => format!("knot {knot}"),
+    }
 }
 
 /// The crate's result type.

@@ -1,40 +1,7 @@
-//! Where an error happened, and what it is about: numbers and places in messages, wrapping, and questions to errors.
+//! Where an error happened, and what it is about: wrapping, and questions to errors.
 
 use super::Error;
 use crate::report::{SolverReport, StopReason};
-
-/// A number in few characters: whole numbers exactly, others to the last digit, very large and very small ones with a
-/// power of ten.
-pub(super) fn short(x: f64) -> String {
-    const EXACT: f64 = 9_007_199_254_740_992.0;
-    let plain = 1e-4..=EXACT;
-    if x == 0.0 || !x.is_finite() || plain.contains(&x.abs()) {
-        format!("{x}")
-    } else {
-        format!("{x:e}")
-    }
-}
-
-/// The knot of an error, or the two knots that could not be joined.
-pub(super) fn place(knot: usize, error: &Error) -> String {
-    match error {
-        Error::ControlPoints { .. }
-        | Error::OutsideLogDomain { .. }
-        | Error::UndecidedTurn { .. }
-        | Error::LogNotDifferentiable { .. }
-        | Error::NoJoiningCurve { .. }
-        | Error::RightAngle { .. }
-        | Error::OnlyBases { .. }
-        | Error::UnevenTimes { .. }
-        | Error::BranchJump { .. }
-        | Error::DifferentComponents { .. }
-        | Error::ConjugateEnds { .. }
-        | Error::Decomposition { .. }
-        | Error::NoConvergence { .. }
-        | Error::TooManySteps { .. } => format!("knots {knot} and {}", knot + 1),
-        _ => format!("knot {knot}"),
-    }
-}
 
 impl Error {
     /// `NoConvergence` with the report of a solver, whose tolerance, possibly raised for round-off, is replaced by the

@@ -10,7 +10,7 @@ use super::ends::{RotationEnds, check_closed, frame, in_body, tangent};
 use super::half_turns::check_directions;
 use super::pieces::{Pieces, of_matrix};
 use super::reference_frame::ReferenceFrame;
-use super::sampling::SamplePlace;
+use super::sampling::{self, Beyond, SamplePlace, check_request};
 use super::series::{QuaternionEntries, VectorEntries, dot};
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::{Curve, Quantity};
@@ -33,8 +33,9 @@ type LazyCurve = LazyLock<
 /// squared angular acceleration among the curves through the keyframes with the same end conditions.
 ///
 /// It is the [`cubic_spline`](crate::spline::cubic_spline) of the rotation matrices, as points of `St(3, 3)`, in unit
-/// quaternions, from which it is also solved if neighbours are at most 1.4 rad apart. Their sign is continuous, and at the first keyframe it is that of the given quaternion. Outside
-/// the keyframes' times the first and the last piece are extrapolated.
+/// quaternions, from which it is also solved if neighbours are at most 1.4 rad apart. Their sign is continuous, and at
+/// the first keyframe it is that of the given quaternion. Outside the keyframes' times the first and the last piece are
+/// extrapolated.
 ///
 /// A rotation takes vectors of the body frame to the world frame. Angles are in radians and times in any unit, called s
 /// here: rates are in rad/s, accelerations in rad/s^2, jerks in rad/s^3.
@@ -68,7 +69,7 @@ pub struct RotationSpline {
     /// The curves of the legs, if a solver produced them.
     legs: Option<Arc<dyn Curves>>,
     /// Quaternions at the knots; their signs are arbitrary except for the first one.
-    pub(super) rotations: Vec<QuaternionEntries>,
+    rotations: Vec<QuaternionEntries>,
     report: Option<SolverReport>,
     pieces: OnceLock<Pieces>,
 }
@@ -397,13 +398,53 @@ impl RotationSpline {
         })
     }
 
+    fn values_into<const N: usize>(
+        &self,
+        t: &[f64],
+        out: &mut [[f64; N]],
+        value: impl Fn(SamplePlace<'_>, f64) -> [f64; N] + Sync,
+    ) -> Result<()> {
+        check_request(t, out)?;
+        sampling::values_into(self.knots(), &self.beyond(t)?, t, out, value)
+    }
+
+    /// The first and the last piece, extended to the requested times outside the keyframes.
+    fn beyond(&self, t: &[f64]) -> Result<[Option<Beyond>; 2]> {
+        let knots = self.knots();
+        let legs = knots.len() - 1;
+        let [mut earliest, mut latest] = [knots[0], knots[legs]];
+        for t in t {
+            earliest = earliest.min(*t);
+            latest = latest.max(*t);
+        }
+        let local = |leg: usize, t: f64| (t - knots[leg]) / (knots[leg + 1] - knots[leg]);
+        let side = |leg: usize, t: f64, is_needed: bool| -> Result<Option<Beyond>> {
+            if !is_needed {
+                return Ok(None);
+            }
+            let (s, piece) = (local(leg, t), &self.curve().pieces()[leg]);
+            let longer = piece.restricted(s.min(0.0), s.max(1.0), Interrupt::NEVER)?;
+            let mut pieces = Pieces::of_cubic(&longer, self.rotations[leg]);
+            // Choose the sign of the leg's quaternion.
+            let here = self.pieces().quaternion(leg, 0.5);
+            if dot(pieces.quaternion(0, 0.5), here) < 0.0 {
+                pieces.change_sign();
+            }
+            Ok(Some(Beyond { leg, pieces }))
+        };
+        Ok([
+            side(0, earliest, earliest < knots[0])?,
+            side(legs - 1, latest, latest > knots[legs])?,
+        ])
+    }
+
     /// Whether the polynomials of the legs are known already.
     #[cfg(feature = "python")]
     pub(crate) fn is_built(&self) -> bool {
         self.pieces.get().is_some()
     }
 
-    pub(super) fn pieces(&self) -> &Pieces {
+    fn pieces(&self) -> &Pieces {
         self.pieces.get_or_init(|| {
             let series = self.legs.as_ref().and_then(|legs| legs.rotations());
             match series {
