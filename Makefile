@@ -102,8 +102,8 @@ gallery: $(INSTALLED) ## The examples, with their figures and numbers, into docs
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python examples/gallery.py
 	$(BIN)/python examples/moving_picture.py
 
-boundary: $(INSTALLED) ## 12000 random boundary problems of Riemannian cubics, into docs/boundary_problems.md
-	$(SAY) 'Random boundary problems (75 seconds)'
+boundary: $(INSTALLED) ## 16000 random boundary problems of Riemannian cubics, into docs/boundary_problems.md
+	$(SAY) 'Random boundary problems (2 to 4 minutes)'
 	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary.solved $(ARGS)
 
 boundary-cost: $(INSTALLED) ## What solutions of 2000 boundary problems cost beside others, into docs/boundary_cost.md

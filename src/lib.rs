@@ -75,7 +75,7 @@ pub use linalg::{orthogonal_log, skew_exp, unitary_log};
 pub use manifold::{
     Geodesic, Grassmann, LogReport, Metric, ParallelTransport, QuasiGeodesic, Retraction, Stiefel,
 };
-pub use report::{SolverReport, StopReason};
+pub use report::{SolverReport, StopReason, Strategy};
 pub use solve::newton;
 pub use space::{Quotient, ScalarField};
 

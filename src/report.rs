@@ -70,6 +70,60 @@ impl StopReason {
     }
 }
 
+/// How a curve between given ends, or through given points, was found.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::BoundaryOptions;
+/// use stiefel_rs::{RiemannianCubic, Strategy};
+/// // Ends so near that Newton's method needs no help, and nearly opposite ones with speed across the way.
+/// let (s0, near, far) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]], mat![[-0.96], [0.28], [0.0]]);
+/// let (slow, fast) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [0.0], [4.0]]);
+/// let strategy = |s1: &faer::Mat<f64>, v: &faer::Mat<f64>| {
+///     let [s0, v, s1] = [&s0, v, s1].map(|a| a.as_ref());
+///     let curve = RiemannianCubic::from_boundary(s0, v, s1, v, &BoundaryOptions::default())?;
+///     Ok::<_, stiefel_rs::Error>(curve.report().and_then(|report| report.strategy))
+/// };
+/// assert_eq!(strategy(&near, &slow)?, Some(Strategy::Direct));
+/// assert_eq!(strategy(&far, &fast)?, Some(Strategy::Descent));
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Strategy {
+    /// Newton's method from the curve of flat space, from a guess, or, among several solutions of subspaces, from random
+    /// data.
+    Direct,
+    /// A descent to a curve of least cost, and Newton's method from its end.
+    Descent,
+    /// Continuation from a curve with other end data: the curve of a guess, a cubic of flat space with an extra full turn,
+    /// or one with random initial data.
+    Continuation,
+}
+
+impl Strategy {
+    /// All strategies. Append new ones: stored curves identify a strategy by its position.
+    pub(crate) const ALL: [Strategy; 3] =
+        [Strategy::Direct, Strategy::Descent, Strategy::Continuation];
+
+    /// The strategy with a given name, the inverse of [`Strategy::as_str`].
+    pub fn from_word(word: &str) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|strategy| strategy.as_str() == word)
+    }
+
+    /// The name of the strategy, the same in Rust and Python.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Strategy::Direct => "direct",
+            Strategy::Descent => "descent",
+            Strategy::Continuation => "continuation",
+        }
+    }
+}
+
 /// How an iteration ended.
 ///
 /// # Examples
@@ -90,7 +144,7 @@ impl StopReason {
 pub struct SolverReport {
     /// Whether `residual <= tolerance`.
     pub converged: bool,
-    /// Newton steps taken.
+    /// Newton steps taken, from all starts together.
     pub iterations: usize,
     /// Norm of the residual at the returned iterate.
     pub residual: f64,
@@ -98,6 +152,9 @@ pub struct SolverReport {
     pub tolerance: f64,
     /// Why it stopped.
     pub reason: StopReason,
+    /// What found the solution, for boundary value problems and splines of Riemannian cubics; `None` if nothing did, and
+    /// for other solvers.
+    pub strategy: Option<Strategy>,
 }
 
 impl SolverReport {
@@ -113,6 +170,15 @@ impl SolverReport {
             residual,
             tolerance,
             reason,
+            strategy: None,
+        }
+    }
+
+    /// The same with what found the solution, if there is one.
+    pub(crate) fn found_by(self, strategy: Strategy) -> Self {
+        SolverReport {
+            strategy: self.converged.then_some(strategy),
+            ..self
         }
     }
 }

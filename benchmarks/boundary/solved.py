@@ -16,25 +16,19 @@ import numpy as np
 from tabulate import tabulate  # type: ignore[import-untyped]
 from tqdm import tqdm  # type: ignore[import-untyped]
 
+from benchmarks.boundary import extremes
 from benchmarks.boundary.random_problems import FAMILIES, RESIDUAL, Cubics, Family, problem
 from benchmarks.environment import ROOT, load, machine, sentence
 from stiefel_rs import ConvergenceError, SolverReport, Stiefel, StiefelError
 
-SHAPES = ((3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (10, 3))
+SHAPES = ((3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (10, 3), (12, 4), (16, 4))
 COUNT = 1000
 HEADERS = (
-    "manifold", "solved", "largest residual", "largest defect", "Newton steps, mean", "most", "time, median", "longest",
-    "not solved",
+    "manifold", "solved", "after descents", "largest residual", "largest defect", "Newton steps, mean", "most",
+    "time, median", "longest", "not solved",
 )  # fmt: skip
 
-PREAMBLE = """# Random boundary problems
-
-Each line is {count} problems for `RiemannianCubic.from_boundary`, seeded, on one thread: a
-uniformly distributed point, a geodesic of uniformly distributed length from it to the other point, and velocities of
-uniformly distributed length at both, in the canonical metric. The residual of position and velocity at the end is
-reported by the solver; the defect is the same quantity measured on the returned curve. Times are of a call from Python.
-[How to repeat the measurements](development/measurements.md).
-"""
+PREAMBLE = (Path(__file__).parent / "solved_page.md").read_text()
 
 
 @dataclass(frozen=True)
@@ -59,10 +53,12 @@ class Tally:
         """Its line of the table, without the manifold."""
         failures = ", ".join(f"{count} {reason}" for reason, count in self.failures.most_common())
         if not self.reports:
-            return "0 %", *("" for _ in range(6)), failures
+            return "0 %", *("" for _ in range(7)), failures
         steps = [report.iterations for report in self.reports]
+        descents = sum(report.strategy == "descent" for report in self.reports)
         return (
             f"{100 * len(self.reports) / self.count:.4g} %",
+            f"{100 * descents / len(self.reports):.3g} %",
             f"{max(report.residual for report in self.reports):.1e}",
             f"{max(self.defects):.1e}",
             f"{np.mean(steps):.2f}",
@@ -114,6 +110,9 @@ def page(count: int) -> tuple[str, list[str]]:
         table = tabulate(lines, headers=HEADERS, tablefmt="github", disable_numparse=True)
         parts.append(f"## {family.title}\n\n{table}\n")
     progress.close()
+    text, late = extremes.section(min(count, extremes.COUNT))
+    parts.append(text)
+    missed += late
     facts |= {"load average, at the end": load(), "duration": f"{time.time() - started:.0f} s"}
     parts.append("## The run\n\n" + sentence(facts))
     return "\n".join(parts) + "\n", missed

@@ -436,7 +436,13 @@ class SolverReport:
     """Outcome of an iterative solver."""
 
     def __new__(
-        cls, converged: bool, iterations: int, residual: float, tolerance: float, reason: str
+        cls,
+        converged: bool,
+        iterations: int,
+        residual: float,
+        tolerance: float,
+        reason: str,
+        strategy: str | None = None,
     ) -> SolverReport: ...
     @property
     def converged(self) -> bool:
@@ -456,6 +462,13 @@ class SolverReport:
 
         One of ``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"``,
         ``"not_minimal"`` and ``"work_limit"``.
+        """
+    @property
+    def strategy(self) -> str | None:
+        """What found the solution of a boundary value problem, or a spline of Riemannian cubics.
+
+        ``"direct"`` (Newton's method from the curve of flat space or from a guess), ``"descent"`` (to a curve of least
+        cost first) or ``"continuation"`` (from a curve with other ends); None if nothing did, and for other solvers.
         """
 
 @final
@@ -2108,7 +2121,7 @@ class RiemannianCubic(Curve):
         from the de Casteljau curve if more than one quasi-geodesic joins the points. The solution of least cost is
         returned. If the descents would exceed the work limit (dimension 57 or more, as for St(15,5), SO(12) and complex
         St(10,4)), the solution from the cubic in flat space is returned, which need not have the least cost. Compare
-        solutions by :meth:`Curve.cost`.
+        solutions by :meth:`Curve.cost`; ``report.strategy`` says how one was found.
 
         Of subspaces, several solutions are compared only if they are more than 1.4 apart. Nearer ones with speeds
         above 1 may have cheaper ones, which ``all_found=True`` lists.
@@ -2203,7 +2216,7 @@ class RiemannianCubic(Curve):
         from the de Casteljau curve if more than one quasi-geodesic joins the points. The solution of least cost is
         returned. If the descents would exceed the work limit (dimension 57 or more, as for St(15,5), SO(12) and complex
         St(10,4)), the solution from the cubic in flat space is returned, which need not have the least cost. Compare
-        solutions by :meth:`Curve.cost`.
+        solutions by :meth:`Curve.cost`; ``report.strategy`` says how one was found.
 
         Of subspaces, several solutions are compared only if they are more than 1.4 apart. Nearer ones with speeds
         above 1 may have cheaper ones, which ``all_found=True`` lists.

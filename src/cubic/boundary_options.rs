@@ -1,14 +1,11 @@
 //! Options and reports of boundary value problems of Riemannian cubics.
 
-use std::fmt;
-
 use faer::MatRef;
 
 use super::taylor::work::allowance;
 use super::tension::{check_leg_tension, check_tension};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::report::SolverReport;
 use crate::space::ScalarField;
 
 /// Default limit of steps from one start.
@@ -100,87 +97,5 @@ impl BoundaryOptions<'_> {
             });
         }
         Ok(())
-    }
-}
-
-/// The strategy that found the solution of a boundary value problem.
-///
-/// [`from_boundary`](crate::RiemannianCubic::from_boundary) uses `Direct` and `Descent`, with a guess also `Moving`;
-/// [`all_from_boundary`](crate::RiemannianCubic::all_from_boundary) uses all three.
-///
-/// # Examples
-/// ```
-/// use faer::mat;
-/// use stiefel_rs::cubic::{BoundaryOptions, BoundaryStrategy, RiemannianCubic};
-/// // Ends so near that Newton's method needs no help.
-/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
-/// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
-/// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
-/// let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
-/// let report = curve.boundary_report().expect("it comes from a boundary value problem");
-/// assert_eq!(report.strategy, BoundaryStrategy::Direct);
-/// # Ok::<(), stiefel_rs::Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum BoundaryStrategy {
-    /// Newton's method from the first start: the cubic of flat space or the guess.
-    Direct,
-    /// Newton's method from the end of a descent to a curve of least cost.
-    Descent,
-    /// Continuation from a curve with other end data: the curve of a guess, a cubic of flat space with an extra full
-    /// turn, or one with random initial data.
-    Moving,
-}
-
-impl BoundaryStrategy {
-    /// The name of the strategy.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            BoundaryStrategy::Direct => "direct",
-            BoundaryStrategy::Descent => "descent",
-            BoundaryStrategy::Moving => "moving",
-        }
-    }
-}
-
-/// Describes how the solution of a boundary value problem was found.
-///
-/// # Examples
-/// ```
-/// use faer::mat;
-/// use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic};
-/// // Nearly to the other side of the sphere, with speed across the way: Newton's method needs help.
-/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [0.0], [4.0]]);
-/// let (s1, v1) = (mat![[-0.96], [0.28], [0.0]], mat![[0.0], [0.0], [4.0]]);
-/// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
-/// let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
-/// let report = curve.boundary_report().expect("it comes from a boundary value problem");
-/// assert!(report.starts > 1);
-/// assert!(report.solver.converged && report.solver.residual <= 1e-12);
-/// # Ok::<(), stiefel_rs::Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BoundaryReport {
-    /// Report on the whole solution: its iterations count every Newton step, including corrections of continuations.
-    pub solver: SolverReport,
-    /// The strategy that found the solution; if none did, the last one tried.
-    pub strategy: BoundaryStrategy,
-    /// Total number of continuation steps.
-    pub continuation_steps: usize,
-    /// Number of starts tried, including the successful one.
-    pub starts: usize,
-}
-
-impl fmt::Display for BoundaryReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}: {}, {} starts, {} steps of continuation",
-            self.strategy.as_str(),
-            self.solver,
-            self.starts,
-            self.continuation_steps
-        )
     }
 }

@@ -40,7 +40,7 @@ pub(crate) mod turning;
 
 pub use boundary::batch::{BoundarySolution, solve_boundary};
 pub use boundary::search::SearchOptions;
-pub use boundary_options::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
+pub use boundary_options::BoundaryOptions;
 pub use integration_options::IntegrationOptions;
 pub use integrators::composition::SplittingOrder;
 pub use integrators::embedded::{EmbeddedOptions, integrate_embedded};

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use faer::reborrow::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
 
-use super::boundary_options::BoundaryReport;
 use super::derivative_bounds::enclosed;
 use super::integration_options::IntegrationOptions;
 use super::taylor::blocks::Sizes;
@@ -67,7 +66,6 @@ pub struct RiemannianCubic {
     pub(super) time_map: TimeMap,
     pub(super) span: (f64, f64),
     pub(super) report: Option<SolverReport>,
-    pub(super) boundary_report: Option<BoundaryReport>,
 }
 
 impl RiemannianCubic {
@@ -123,12 +121,11 @@ impl RiemannianCubic {
         k: usize,
         frame: Option<Arc<Mat<f64>>>,
         taylor: PiecewiseTaylor,
-        report: Option<BoundaryReport>,
+        report: Option<SolverReport>,
     ) -> Self {
         let span = taylor.covered();
         RiemannianCubic {
-            report: report.map(|report| report.solver),
-            boundary_report: report,
+            report,
             ..Self::of_leg(n, k, frame, taylor.into(), span)
         }
     }
@@ -175,18 +172,12 @@ impl RiemannianCubic {
             taylor: Arc::new(taylor),
             time_map: TimeMap::new(1.0),
             report: None,
-            boundary_report: None,
         }
     }
 
-    /// The report of the boundary value solver, for a curve that comes from one.
+    /// The report of the boundary value solver, for a curve that comes from one, with what found the solution.
     pub fn report(&self) -> Option<&SolverReport> {
         self.report.as_ref()
-    }
-
-    /// As [`report`](Self::report), with the strategy that found the solution.
-    pub fn boundary_report(&self) -> Option<&BoundaryReport> {
-        self.boundary_report.as_ref()
     }
 
     /// Truncation error per integration step, relative to the state.

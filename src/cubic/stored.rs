@@ -16,7 +16,9 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::stored::{check_orthonormal, quotient_of};
 use crate::space::Quotient;
-use crate::stored::{Fields, Parts, READER, Stored, StoredPiece, extend, only, product, refusal};
+use crate::stored::{
+    Fields, Parts, READER, REPORTS, Stored, StoredPiece, extend, only, product, refusal,
+};
 
 impl Stored for RiemannianCubic {
     const KIND: &'static str = "RiemannianCubic";
@@ -76,7 +78,7 @@ impl StoredPiece for RiemannianCubic {
             "ends",
             flat(&|curve| [end(&curve.taylor.first), end(&curve.taylor.last)].concat()),
         );
-        fields.put_reports("reports", curves.iter().map(|curve| curve.report));
+        fields.put_reports(REPORTS, curves.iter().map(|curve| curve.report));
         store_frames(curves, fields);
     }
 
@@ -87,7 +89,7 @@ impl StoredPiece for RiemannianCubic {
         let ranks = fields.whole_each("ranks", count)?;
         let orders = fields.whole_each("orders", count)?;
         let frames = restore_frames(n, count, fields)?;
-        let reports = fields.reports("reports", count)?;
+        let reports = fields.reports(REPORTS, count)?;
         let names = ["tolerances", "clocks", "spans"];
         let [mut tolerances, mut clocks, mut spans] = parts(names, fields)?;
         let mut tensions = fields.parts_or_zeros("tensions", count)?;
@@ -114,7 +116,6 @@ impl StoredPiece for RiemannianCubic {
                 time_map,
                 span,
                 report,
-                boundary_report: None,
             });
         }
         for rest in [tolerances, clocks, spans, tensions, subspaces]

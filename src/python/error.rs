@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use super::projection::PROJECTED;
 use super::record::record;
 use crate::error::Error;
-use crate::report::{SolverReport, StopReason};
+use crate::report::{SolverReport, StopReason, Strategy};
 
 /// Outcome of an iterative solver.
 #[pyclass(name = "SolverReport", module = "stiefel_rs", frozen, get_all)]
@@ -26,22 +26,34 @@ pub struct PySolverReport {
     /// One of ``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"``,
     /// ``"not_minimal"`` and ``"work_limit"``.
     reason: &'static str,
+    /// What found the solution of a boundary value problem, or a spline of Riemannian cubics.
+    ///
+    /// ``"direct"`` (Newton's method from the curve of flat space or from a guess), ``"descent"`` (to a curve of least
+    /// cost first) or ``"continuation"`` (from a curve with other ends); None if nothing did, and for other solvers.
+    strategy: Option<&'static str>,
 }
 
 #[pymethods]
 impl PySolverReport {
     #[new]
+    #[pyo3(signature = (converged, iterations, residual, tolerance, reason, strategy=None))]
     fn new(
         converged: bool,
         iterations: usize,
         residual: f64,
         tolerance: f64,
         reason: &str,
+        strategy: Option<&str>,
     ) -> PyResult<Self> {
         let Some(reason) = StopReason::from_word(reason) else {
             return Err(invalid!("reason: unknown reason '{reason}'"));
         };
+        let known = |word: &str| match Strategy::from_word(word) {
+            Some(strategy) => Ok(strategy.as_str()),
+            None => Err(invalid!("strategy: unknown strategy '{word}'")),
+        };
         Ok(PySolverReport {
+            strategy: strategy.map(known).transpose()?,
             converged,
             iterations,
             residual,
@@ -51,7 +63,7 @@ impl PySolverReport {
     }
 }
 
-record! { PySolverReport, converged, iterations, residual, tolerance, reason }
+record! { PySolverReport, converged, iterations, residual, tolerance, reason, strategy }
 
 impl From<SolverReport> for PySolverReport {
     fn from(report: SolverReport) -> Self {
@@ -61,6 +73,7 @@ impl From<SolverReport> for PySolverReport {
             residual: report.residual,
             tolerance: report.tolerance,
             reason: report.reason.as_str(),
+            strategy: report.strategy.map(Strategy::as_str),
         }
     }
 }

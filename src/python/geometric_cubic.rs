@@ -6,7 +6,7 @@ use super::prelude::*;
 use super::stored::{Form, take_quotient};
 use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial, SubspacePolynomial};
 use crate::space::Quotient;
-use crate::stored::{Stored, refusal};
+use crate::stored::{REPORT, Stored, refusal};
 
 /// Geometric cubic: the adjusted de Casteljau curve with given boundary data.
 ///
@@ -151,7 +151,7 @@ pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
     let geodesic = is_second(PIECES, &form.word(PIECES)?, WORDS)?;
     let (cubic, field) = (form.kind == GeometricCubic::KIND, form.field);
     let (curve, report) = form.read(py, move |fields, interrupt| {
-        let report = fields.reports("report", 1)?[0];
+        let report = fields.reports(REPORT, 1)?[0];
         let quotient = take_quotient(fields)?;
         let curve: Arc<dyn Polynomial> = match (quotient, geodesic) {
             (Quotient::Frames, false) => Arc::new(GeometricPolynomial::restore(fields, interrupt)?),

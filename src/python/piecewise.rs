@@ -11,7 +11,7 @@ use crate::curve::{GeometricCubic, GeometricPolynomial, Quantity, Samples, Subsp
 use crate::space::Quotient;
 use crate::spline::stored_values::{check_points, check_velocities};
 use crate::spline::{Outside, Piecewise};
-use crate::stored::{Fields, Stored, refusal};
+use crate::stored::{Fields, REPORT, Stored, refusal};
 
 /// The words for the kinds of pieces.
 pub(super) const KINDS: [&str; 2] = ["riemannian", "geometric"];
@@ -152,7 +152,6 @@ impl PyPiecewiseCurve {
 
 /// Names of a spline's numbers and words in its stored form.
 const POINTS: &str = "S";
-const REPORT: &str = "report";
 pub(super) const VELOCITIES: &str = "V";
 pub(super) const PIECES: &str = "pieces";
 
@@ -161,7 +160,7 @@ impl PyPiecewiseCurve {
     pub(super) fn stored(&self, py: Python<'_>, field: Field) -> PyResult<Fields> {
         let (_, mut fields) = self.cubics.curve().stored();
         put(py, field, &mut fields, POINTS, &self.points)?;
-        fields.put_reports(REPORT, [self.report]);
+        fields.put_reports(REPORT, [self.report].into_iter());
         if let Cubics::GeometricOfSubspaces(curve) = &self.cubics {
             put_quotient(&mut fields, curve.quotient());
         }

@@ -7,7 +7,7 @@ use super::stored::{form, put_quotient};
 use crate::curve::{GeodesicPolynomial, GeometricPolynomial, SubspacePolynomial};
 use crate::linalg::complex_embedding::nearest_embedded;
 use crate::space::Quotient;
-use crate::stored::Stored;
+use crate::stored::{REPORT, Stored};
 
 /// A de Casteljau curve of quasi-geodesics or of geodesics.
 pub(super) trait Polynomial: AnyCurve {
@@ -348,7 +348,7 @@ impl PyGeometricPolynomial {
     ) -> PyResult<Bound<'py, PyDict>> {
         let (py, this) = (slf.py(), slf.get());
         let (_, mut fields) = this.curve.stored();
-        fields.put_reports("report", [this.report]);
+        fields.put_reports(REPORT, [this.report].into_iter());
         put_quotient(&mut fields, this.curve.quotient());
         let form = form(py, kind, slf.as_super().get().field, fields)?;
         form.set_item(PIECES, this.pieces())?;

@@ -185,7 +185,7 @@ impl PyRiemannianCubic {
     /// from the de Casteljau curve if more than one quasi-geodesic joins the points. The solution of least cost is
     /// returned. If the descents would exceed the work limit (dimension 57 or more, as for St(15,5), SO(12) and complex
     /// St(10,4)), the solution from the cubic in flat space is returned, which need not have the least cost. Compare
-    /// solutions by :meth:`Curve.cost`.
+    /// solutions by :meth:`Curve.cost`; ``report.strategy`` says how one was found.
     ///
     /// Of subspaces, several solutions are compared only if they are more than 1.4 apart. Nearer ones with speeds
     /// above 1 may have cheaper ones, which ``all_found=True`` lists.

@@ -21,7 +21,7 @@ use crate::cubic::tension::check_leg_tension;
 use crate::error::Result;
 use crate::legs::{Curves, Knots};
 use crate::linalg::lanes::Lanes;
-use crate::report::SolverReport;
+use crate::report::{SolverReport, Strategy};
 use crate::shooting;
 use crate::solve::tridiagonal::Unturned;
 use crate::space::{FixedFrames, Kind};
@@ -81,7 +81,7 @@ pub(crate) fn near_rotations(
         shooting::solve::<Lanes, _>(space, &knots, velocities, derivatives, &options)?;
     let curves = curves.filter(|_| report.converged && !is_fast(&ends, &motion, &lengths));
     Ok(curves.map(|curves| SolvedRotations {
-        report,
+        report: report.found_by(Strategy::Direct),
         curves: curves.into(),
         lengths,
         tension,

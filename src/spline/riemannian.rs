@@ -24,7 +24,7 @@ use crate::error::{Error, Result};
 use crate::legs::Curves;
 use crate::linalg::product::entries;
 use crate::manifold::only_bases::{advised_knots, appearance};
-use crate::report::{SolverReport, StopReason};
+use crate::report::{SolverReport, StopReason, Strategy};
 use crate::space::ScalarField;
 
 /// The spline of Riemannian cubics through points, with continuous velocity and covariant acceleration.
@@ -154,7 +154,8 @@ impl<'e> SplineProblem<'e> {
         let (chain, space) = (chain.in_tension(self.tension), self.knots.space());
         let solution = if chain.blocks().dim() == 0 {
             // A space of dimension zero.
-            ChainSolution::none(SolverReport::new(StopReason::Converged, 0, 0.0, 0.0))
+            let report = SolverReport::new(StopReason::Converged, 0, 0.0, 0.0);
+            ChainSolution::none(report.found_by(Strategy::Direct))
         } else {
             solve::in_frames(&chain, &ends, options)?
         };

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::report::{SolverReport, StopReason};
+use crate::report::{SolverReport, StopReason, Strategy};
 
 /// Identifies stored curves of this crate.
 pub(crate) const FORMAT: &str = "stiefel_rs curve";
@@ -125,29 +125,28 @@ impl Fields {
     }
 
     /// Adds reports, four numbers each: the reason counted from 1, iterations, residual and tolerance; zeros for no
-    /// report.
+    /// report. If there are strategies, they follow in an array of their own, counted from 1 too.
     pub(crate) fn put_reports(
         &mut self,
-        name: &str,
-        reports: impl IntoIterator<Item = Option<SolverReport>>,
+        [name, strategies]: [&str; 2],
+        reports: impl Iterator<Item = Option<SolverReport>> + Clone,
     ) {
         let row = |report: Option<SolverReport>| match report {
             None => [0.0; 4],
-            Some(report) => {
-                let reasons = StopReason::ALL.iter();
-                let index = reasons
-                    .take_while(|reason| **reason != report.reason)
-                    .count();
-                let iterations = report.iterations as f64;
-                [
-                    index as f64 + 1.0,
-                    iterations,
-                    report.residual,
-                    report.tolerance,
-                ]
-            }
+            Some(report) => [
+                position(&StopReason::ALL, report.reason),
+                report.iterations as f64,
+                report.residual,
+                report.tolerance,
+            ],
         };
-        self.put_flat(name, reports.into_iter().flat_map(row).collect());
+        self.put_flat(name, reports.clone().flat_map(row).collect());
+        let strategy = |report: SolverReport| Some(position(&Strategy::ALL, report.strategy?));
+        let found: Vec<_> = reports.map(|report| report.and_then(strategy)).collect();
+        if found.iter().any(Option::is_some) {
+            let found = found.into_iter().map(|strategy| strategy.unwrap_or(0.0));
+            self.put_flat(strategies, found.collect());
+        }
     }
 
     /// Removes and returns an array.
@@ -240,17 +239,19 @@ impl Fields {
     /// As [`Fields::take`]; `Stored` for a wrong number of reports or an unknown reason.
     pub(crate) fn reports(
         &mut self,
-        name: &'static str,
+        [name, strategies]: [&'static str; 2],
         count: usize,
     ) -> Result<Vec<Option<SolverReport>>> {
         let mut parts = self.parts(name)?;
+        let mut strategies = self.parts_or_zeros(strategies, count)?;
         let reports = (0..count)
             .map(|_| {
-                let [reason, iterations, residual, tolerance] = parts.some()?;
-                report_of(reason, iterations, residual, tolerance)
+                let (report, [strategy]) = (parts.some()?, strategies.some()?);
+                report_of(report, strategy)
             })
             .collect::<Result<_>>()?;
         parts.end()?;
+        strategies.end()?;
         Ok(reports)
     }
 
@@ -271,21 +272,39 @@ impl Fields {
     }
 }
 
+/// Names of the arrays of reports and of strategies, for a single report and for many.
+#[cfg(feature = "python")]
+pub(crate) const REPORT: [&str; 2] = ["report", "strategy"];
+pub(crate) const REPORTS: [&str; 2] = ["reports", "strategies"];
+
+/// The position of a word among all, from 1 on.
+fn position<T: PartialEq>(all: &[T], word: T) -> f64 {
+    1.0 + all.iter().take_while(|other| **other != word).count() as f64
+}
+
+/// The word at a position.
+fn at_position<T: Copy + PartialEq>(all: &[T], at: f64) -> Option<T> {
+    all.iter().copied().find(|word| position(all, *word) == at)
+}
+
 fn report_of(
-    reason: f64,
-    iterations: f64,
-    residual: f64,
-    tolerance: f64,
+    [reason, iterations, residual, tolerance]: [f64; 4],
+    strategy: f64,
 ) -> Result<Option<SolverReport>> {
-    if reason == 0.0 {
+    if reason == 0.0 && strategy == 0.0 {
         return Ok(None);
     }
-    let known = StopReason::ALL
-        .iter()
-        .zip(1..)
-        .find(|(_, index)| f64::from(*index) == reason);
-    let Some((&reason, _)) = known else {
+    let Some(reason) = at_position(&StopReason::ALL, reason) else {
         return Err(refusal(format!("{reason} is not a reason for stopping")));
+    };
+    let strategy = match (strategy, at_position(&Strategy::ALL, strategy)) {
+        (0.0, _) => None,
+        (_, Some(known)) if reason == StopReason::Converged => Some(known),
+        _ => {
+            return Err(refusal(format!(
+                "{strategy} is not a strategy of a solution"
+            )));
+        }
     };
     if !(0.0..=LARGEST_WHOLE).contains(&iterations) || iterations.fract() != 0.0 {
         return Err(refusal(format!(
@@ -303,6 +322,7 @@ fn report_of(
         residual,
         tolerance,
         reason,
+        strategy,
     }))
 }
 

@@ -1,8 +1,8 @@
 //! Random boundary data: success rates, and symmetries of the solutions.
 
 use faer::Mat;
-use stiefel_rs::cubic::{BoundaryStrategy, IntegrationOptions};
-use stiefel_rs::{Curve, Error, RiemannianCubic};
+use stiefel_rs::cubic::IntegrationOptions;
+use stiefel_rs::{Curve, Error, RiemannianCubic, Strategy};
 
 use crate::common::{
     Rng, assert_close, assert_within, distance, frobenius, random_orthogonal, random_point,
@@ -20,17 +20,17 @@ fn moderate_data_are_solved_from_the_flat_start() {
         for _ in 0..count {
             let data = Data::random(shape, 2.0, 2.0, &mut rng);
             let curve = data.solve().unwrap_or_else(|e| panic!("{shape:?}: {e}"));
-            let report = curve.boundary_report().unwrap();
-            assert!(report.solver.converged && report.solver.residual <= 1e-12);
+            let report = curve.report().unwrap();
+            assert!(report.converged && report.residual <= 1e-12);
             assert_within(data.defect(&curve), END, &format!("{shape:?}"));
             // If the quasi-geodesic is longer than the distance, a curve on another branch may cost less.
             if !data.is_moderate() {
                 continue;
             }
             moderate += 1;
-            assert_eq!(report.strategy, BoundaryStrategy::Direct, "{report}");
+            assert_eq!(report.strategy, Some(Strategy::Direct), "{report}");
             // Up to 6 Newton steps; from 8 unknowns on, up to 12 Broyden steps.
-            assert!(report.solver.iterations <= 12, "{shape:?}: {report}");
+            assert!(report.iterations <= 12, "{shape:?}: {report}");
         }
         assert!(
             10 * moderate >= 9 * count,
@@ -53,9 +53,9 @@ fn far_data_of_many_unknowns_are_solved() {
         for _ in 0..count {
             let data = Data::random(shape, longest, 2.0 * longest, &mut rng);
             let curve = data.solve().unwrap_or_else(|e| panic!("{shape:?}: {e}"));
-            let report = curve.boundary_report().unwrap();
-            assert!(report.solver.converged && report.solver.residual <= 1e-12);
-            assert_eq!(report.strategy, BoundaryStrategy::Direct, "{report}");
+            let report = curve.report().unwrap();
+            assert!(report.converged && report.residual <= 1e-12);
+            assert_eq!(report.strategy, Some(Strategy::Direct), "{report}");
             assert_within(data.defect(&curve), END, &format!("{shape:?}"));
         }
     }
@@ -77,8 +77,8 @@ fn far_and_fast_data_are_solved() {
             match data.solve() {
                 Ok(curve) => {
                     assert_within(data.defect(&curve), END, &format!("{shape:?}"));
-                    let report = curve.boundary_report().unwrap();
-                    assert!(report.solver.converged && report.solver.residual <= 1e-12);
+                    let report = curve.report().unwrap();
+                    assert!(report.converged && report.residual <= 1e-12);
                     strategies.push(report.strategy);
                 }
                 Err(Error::NoConvergence { report, .. }) => failures.push(report),
@@ -88,8 +88,8 @@ fn far_and_fast_data_are_solved() {
         println!("{shape:?}: {} of {count} fail {failures:?}", failures.len());
         if shape == (3, 1) {
             // Moderate data are included.
-            for strategy in [BoundaryStrategy::Direct, BoundaryStrategy::Descent] {
-                assert!(strategies.contains(&strategy), "{strategy:?}");
+            for strategy in [Strategy::Direct, Strategy::Descent] {
+                assert!(strategies.contains(&Some(strategy)), "{strategy:?}");
             }
         }
         // At most one in a hundred.

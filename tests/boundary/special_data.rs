@@ -1,8 +1,8 @@
 //! Opposite and equal points, great circles, data with round-off, and guesses that do not converge.
 
 use faer::{Mat, mat};
-use stiefel_rs::cubic::{BoundaryOptions, BoundaryStrategy};
-use stiefel_rs::{Curve, Error, Geodesic};
+use stiefel_rs::cubic::BoundaryOptions;
+use stiefel_rs::{Curve, Error, Geodesic, Strategy};
 
 use crate::common::{
     Rng, assert_close, assert_within, counted, distance, random_point, random_rotation,
@@ -81,7 +81,7 @@ fn rounded_data_are_solved() {
             });
             let what = format!("{shape:?}, {digits} digits");
             let curve = data.solve().unwrap_or_else(|e| panic!("{what}: {e}"));
-            assert!(curve.boundary_report().unwrap().solver.residual <= 1e-12);
+            assert!(curve.report().unwrap().residual <= 1e-12);
             // Half a unit in each entry, doubled by the projection.
             let rounding = unit * ((shape.0 * shape.1) as f64).sqrt();
             assert_within(data.defect(&curve), END + rounding, &what);
@@ -109,14 +109,11 @@ fn fast_great_circles_meet_round_off() {
             let data = Data { s0, v0, s1, v1 };
             let curve = data.solve_with(&options);
             let curve = curve.unwrap_or_else(|e| panic!("n = {n}, speed {speed}: {e}"));
-            let report = curve.boundary_report().unwrap();
-            assert_eq!(report.strategy, BoundaryStrategy::Direct, "{report}");
+            let report = curve.report().unwrap();
+            assert_eq!(report.strategy, Some(Strategy::Direct), "{report}");
             // The options' tolerance, or the round-off at the largest speed.
             let tolerance = 1e-12_f64.max(32.0 * f64::EPSILON * speed);
-            assert!(
-                report.solver.residual <= tolerance * (1.0 + 1e-9),
-                "{report}"
-            );
+            assert!(report.residual <= tolerance * (1.0 + 1e-9), "{report}");
             let velocity = distance(&curve.derivative(1.0, 1).unwrap(), &data.v1);
             assert_within(velocity, 2.0 * tolerance * speed, "velocity");
         }

@@ -110,6 +110,11 @@ def tampered(curve):
     yield {**form, "intervals": arrays["intervals"][::-1]}
     yield {**form, "reports": np.array([9.0, 0.0, 0.0, 0.0])}
     yield {**form, "reports": np.array([1.0, 0.5, 0.0, 0.0])}
+    for wrong in (1.0, 4.0, -1.0, 0.5):
+        # The curve has no report, or the strategy is unknown.
+        yield {**form, "strategies": np.array([wrong])}
+    yield {**form, "reports": np.array([1.0, 1.0, 0.0, 1.0]), "strategies": np.array([4.0])}
+    yield {**form, "reports": np.array([2.0, 1.0, 1.0, 0.1]), "strategies": np.array([1.0])}
     yield {**form, "more": np.zeros(3)}
     yield {**form, "more": "word"}
     yield {**form, "format": "another"}

@@ -218,6 +218,32 @@ def test_errors_of_the_iteration():
     assert loose.report.tolerance == 1e-3
 
 
+def test_reports_say_what_found_the_solution():
+    near, far = (random_boundary(3, 2, np.random.default_rng(0), *size) for size in ((1.0, 1.0), (3.0, 12.0)))
+    direct, descent = (RiemannianCubic.from_boundary(*ends) for ends in (near, far))
+    assert direct.report.strategy == "direct"
+    assert descent.report.strategy == "descent"
+    # A solution as a guess needs no descent.
+    guess = (descent.acceleration(0.0), descent.jerk(0.0))
+    assert RiemannianCubic.from_boundary(*far, guess=guess).report.strategy == "direct"
+    found = RiemannianCubic.from_boundary(*far, all_found=True)
+    assert {curve.report.strategy for curve in found} >= {"descent", "continuation"}
+    assert found[0].cost() == pytest.approx(descent.cost(), rel=1e-9)
+    for curve in (direct, descent, found[-1]):
+        again = pickle.loads(pickle.dumps(curve))
+        assert again.report.strategy == curve.report.strategy
+        assert repr(again.report) == repr(curve.report)
+        assert repr(pickle.loads(pickle.dumps(curve.report))) == repr(curve.report)
+    plain = SolverReport(True, 1, 0.0, 1e-12, "converged")
+    assert plain.strategy is None
+    assert SolverReport(True, 1, 0.0, 1e-12, "converged", "descent").strategy == "descent"
+    with pytest.raises(InvalidInputError, match="strategy: unknown strategy 'luck'"):
+        SolverReport(True, 1, 0.0, 1e-12, "converged", "luck")
+    with pytest.raises(ConvergenceError) as caught:
+        RiemannianCubic.from_boundary(*near, max_iterations=1)
+    assert caught.value.report.strategy is None
+
+
 @pytest.mark.parametrize("tol", [-1e-12, 0.0, 1e-16, 0.5, np.nan, np.inf])
 def test_bad_tolerances(tol, boundary):
     with pytest.raises(InvalidInputError, match=r"^tol: must be between 1e-15 and 0\.1"):

@@ -46,7 +46,7 @@ pub struct BoundarySolution {
     pub jerk: Mat<f64>,
     /// The integral of the squared covariant acceleration over `[0, 1]`.
     pub cost: f64,
-    /// Defect of the end conditions, as in [`BoundaryReport`](crate::cubic::BoundaryReport).
+    /// Defect of the end conditions, as in [`SolverReport`](crate::SolverReport).
     pub residual: f64,
 }
 
@@ -172,14 +172,14 @@ fn alone(
     let taylor = solution.into_taylor(problem, options.interrupt)?;
     let (r, k) = problem.end[0].shape();
     let cost = RiemannianCubic::of_taylor(r, k, None, taylor, None).cost()?;
-    let residual = report.solver.residual;
+    let residual = report.residual;
     Ok(transformed(
         problem,
         &LoneLeg {
             start,
             cost,
             residual,
-            steps: report.solver.iterations,
+            steps: report.iterations,
         },
     ))
 }

@@ -8,10 +8,11 @@ use super::problem::BoundaryProblem;
 use super::shooting::SOLVER;
 use super::solution::SolvedStart;
 use super::solver::Solver;
-use crate::cubic::boundary_options::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
+use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
 use crate::error::{Error, Result};
 use crate::manifold::only_bases::advised;
+use crate::report::{SolverReport, Strategy};
 
 impl RiemannianCubic {
     /// The Riemannian cubic on `[0, 1]` with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`,
@@ -25,8 +26,8 @@ impl RiemannianCubic {
     /// the points. The solution of least cost is returned. If descents would exceed the work limit (dimensions from 57
     /// on, such as St(15,5), SO(12) and complex St(10,4)), the solution from the cubic of flat space is returned; it
     /// need not be the one of least cost. `docs/boundary_cost.md` compares the costs of solutions.
-    /// [`boundary_report`](Self::boundary_report) says how the solution was found, [`cost`](crate::Curve::cost) gives
-    /// its cost, and [`all_from_boundary`](Self::all_from_boundary) looks for others.
+    /// [`report`](Self::report) says how the solution was found, [`cost`](crate::Curve::cost) gives its cost, and
+    /// [`all_from_boundary`](Self::all_from_boundary) looks for others.
     ///
     /// Points and velocities that are orthonormal and tangent only to 1e-9, such as rounded decimals, are replaced by
     /// the nearest exact ones.
@@ -83,7 +84,7 @@ pub(crate) fn solve(
     problem: &BoundaryProblem,
     s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
-) -> Result<(SolvedStart, BoundaryReport)> {
+) -> Result<(SolvedStart, SolverReport)> {
     let mut solver = Solver::new(problem, options);
     let found = match options.guess {
         Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
@@ -91,6 +92,6 @@ pub(crate) fn solve(
     };
     found.ok_or_else(|| Error::NoConvergence {
         solver: SOLVER,
-        report: solver.report(BoundaryStrategy::Descent).solver,
+        report: solver.report(Strategy::Descent),
     })
 }

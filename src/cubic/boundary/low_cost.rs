@@ -11,12 +11,11 @@ use super::guess::FlatData;
 use super::shooting::takes_response;
 use super::solution::SolvedStart;
 use super::solver::{Reported, Solver};
-use crate::cubic::boundary_options::BoundaryStrategy;
 use crate::cubic::taylor::work::of_products;
 use crate::error::{Result, unless_interrupted};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
-use crate::report::StopReason;
+use crate::report::{StopReason, Strategy};
 use crate::shooting::{
     ChainKnots, ChainLayout, DescentProblem, LeastCost, StartResponse, least_cost, products_of_step,
 };
@@ -111,12 +110,12 @@ impl Solver<'_> {
         if let Some(flat) = near
             && let Some(found) = self.by_flat_start(flat)?
         {
-            return Ok(Some((found, self.report(BoundaryStrategy::Direct))));
+            return Ok(Some((found, self.report(Strategy::Direct))));
         }
         if near.is_some() || !may_descend || self.has_few_steps() {
             let start = self.problem.flat_start(flat.as_ref());
             if let Some(found) = self.by_shooting(&start, None)? {
-                return Ok(Some((found, self.report(BoundaryStrategy::Direct))));
+                return Ok(Some((found, self.report(Strategy::Direct))));
             }
             if self.is_out_of_steps() {
                 return Ok(None);
@@ -213,7 +212,7 @@ impl Solver<'_> {
                 None => self.found_finely(&mut end, reserve)?,
                 found => found,
             };
-            solution = found.map(|found| (found, self.report(BoundaryStrategy::Descent)));
+            solution = found.map(|found| (found, self.report(Strategy::Descent)));
             if solution.is_some() || !is_at_rest {
                 break;
             }

@@ -11,11 +11,12 @@ use super::problem::BoundaryProblem;
 use super::random::Random;
 use super::shooting::SOLVER;
 use super::solver::Solver;
-use crate::cubic::boundary_options::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
+use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::manifold::only_bases::advised;
+use crate::report::{SolverReport, Strategy};
 use crate::solve::gmres::norm;
 
 /// Work limit of a search, as a multiple of one solve.
@@ -122,7 +123,7 @@ impl RiemannianCubic {
         let mut found = DistinctSolutions::new(options.distinct);
         search(&problem, &mut solver, &start, options, &mut found)?;
         if found.solutions.is_empty() {
-            let report = solver.report(BoundaryStrategy::Moving).solver;
+            let report = solver.report(Strategy::Continuation);
             return Err(Error::NoConvergence {
                 solver: SOLVER,
                 report,
@@ -177,10 +178,10 @@ fn search(
     solver: &mut Solver<'_>,
     start: &[f64],
     options: &SearchOptions<'_>,
-    found: &mut DistinctSolutions<BoundaryReport>,
+    found: &mut DistinctSolutions<SolverReport>,
 ) -> Result<()> {
     if let Some(solution) = solver.restarted(start, None)? {
-        found.add((solution.start, solver.report(BoundaryStrategy::Direct)));
+        found.add((solution.start, solver.report(Strategy::Direct)));
     }
     if let Some((solution, report)) = solver.by_descents()? {
         found.add((solution.start, report));
@@ -227,7 +228,7 @@ fn follow(
     homotopy: &Homotopy,
     from: &[f64],
     size: f64,
-    found: &mut DistinctSolutions<BoundaryReport>,
+    found: &mut DistinctSolutions<SolverReport>,
 ) -> Result<()> {
     let mut passed = Vec::new();
     solver.follow(homotopy, from, size, MAX_STEPS, |y| {
@@ -235,7 +236,7 @@ fn follow(
         Next::Continue
     })?;
     for y in passed {
-        found.add((y, solver.report(BoundaryStrategy::Moving)));
+        found.add((y, solver.report(Strategy::Continuation)));
     }
     Ok(())
 }

@@ -9,12 +9,12 @@ use super::random::Random;
 use super::shooting::ROUND_OFF;
 use super::solution::SolvedStart;
 use crate::collocation::BoundaryStart;
-use crate::cubic::boundary_options::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
+use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::taylor::work::work_of_curve;
 use crate::error::{Result, unless_interrupted};
-use crate::report::{SolverReport, StopReason};
+use crate::report::{SolverReport, StopReason, Strategy};
 use crate::shooting::StartResponse;
 use crate::solve::gmres::norm;
 
@@ -58,14 +58,12 @@ pub(crate) struct Solver<'a> {
     tolerance: f64,
     pub(crate) map: Box<dyn EndMap + 'a>,
     newton_steps: usize,
-    continuation_steps: usize,
-    starts: usize,
     /// The smallest distance reached that was not small enough, and why the attempt stopped.
     nearest: (f64, StopReason),
 }
 
 /// A solution, and how it was found.
-pub(crate) type Reported = (SolvedStart, BoundaryReport);
+pub(crate) type Reported = (SolvedStart, SolverReport);
 
 impl<'a> Solver<'a> {
     pub(crate) fn new(problem: &'a BoundaryProblem, options: &'a BoundaryOptions<'a>) -> Self {
@@ -76,8 +74,6 @@ impl<'a> Solver<'a> {
             options,
             map,
             newton_steps: 0,
-            continuation_steps: 0,
-            starts: 0,
             // At most the bound on round-off: the ends of faster curves have no correct digits.
             tolerance: options
                 .tolerance
@@ -89,14 +85,14 @@ impl<'a> Solver<'a> {
     /// A solution near a start; `None` if all strategies fail.
     pub(crate) fn near(&mut self, start: &[f64]) -> Result<Option<Reported>> {
         if let Some(found) = self.restarted(start, None)? {
-            return Ok(Some((found, self.report(BoundaryStrategy::Direct))));
+            return Ok(Some((found, self.report(Strategy::Direct))));
         }
         if self.is_out_of_steps() || self.has_met_round_off() {
             return Ok(None);
         }
         if let Some(y) = self.moved(start, norm(start))? {
             let found = SolvedStart::of_start(y);
-            return Ok(Some((found, self.report(BoundaryStrategy::Moving))));
+            return Ok(Some((found, self.report(Strategy::Continuation))));
         }
         self.by_descents()
     }
@@ -123,9 +119,8 @@ impl<'a> Solver<'a> {
         self.tolerance
     }
 
-    /// Counts a start and its steps.
+    /// Counts the steps from a start.
     pub(crate) fn account_start(&mut self, steps: usize) {
-        self.starts += 1;
         self.newton_steps += steps;
     }
 
@@ -136,7 +131,6 @@ impl<'a> Solver<'a> {
 
     /// Counts a descent.
     pub(crate) fn account(&mut self, report: SolverReport) {
-        self.starts += 1;
         self.newton_steps += report.iterations;
     }
 
@@ -149,7 +143,6 @@ impl<'a> Solver<'a> {
     fn persistent(&mut self, y: &mut [f64], response: Option<&StartResponse>) -> Result<bool> {
         let most = self.options.max_iterations;
         let first = most.min(DIRECT_STEPS);
-        self.starts += 1;
         let report = self.newton(y, response, first)?;
         let on_its_way = report.reason == StopReason::MaxIterations && report.residual < NEAR;
         if report.converged || first == most || !on_its_way {
@@ -281,7 +274,6 @@ impl<'a> Solver<'a> {
         max_steps: usize,
         mut see: impl FnMut(&[f64]) -> Next,
     ) -> Result<()> {
-        self.starts += 1;
         let (tolerance, target) = (self.tolerance, &self.problem.target);
         let most = self.options.max_iterations.min(POLISH_STEPS);
         let (mut newton_steps, mut nearest) = (0, self.nearest);
@@ -304,13 +296,12 @@ impl<'a> Solver<'a> {
             })
         });
         self.newton_steps += newton_steps + tracer.corrections;
-        self.continuation_steps += tracer.steps;
         self.nearest = nearest;
         outcome
     }
 
-    /// The account so far.
-    pub(crate) fn report(&self, strategy: BoundaryStrategy) -> BoundaryReport {
+    /// The account so far, with the strategy if it has just found a solution.
+    pub(crate) fn report(&self, strategy: Strategy) -> SolverReport {
         let (residual, reason) = match self.nearest {
             (residual, reason) if reason != StopReason::Converged && self.map.work().is_done() => {
                 (residual, StopReason::WorkLimit)
@@ -321,11 +312,6 @@ impl<'a> Solver<'a> {
             StopReason::Converged => self.tolerance.max(residual),
             _ => self.tolerance,
         };
-        BoundaryReport {
-            solver: SolverReport::new(reason, self.newton_steps, residual, tolerance),
-            strategy,
-            continuation_steps: self.continuation_steps,
-            starts: self.starts,
-        }
+        SolverReport::new(reason, self.newton_steps, residual, tolerance).found_by(strategy)
     }
 }

@@ -10,6 +10,7 @@ use super::motion::Motion;
 use super::solution::{ChainSolution, ChainStart, Effort, piece};
 use crate::error::{Result, unless_interrupted};
 use crate::interrupt::Interrupt;
+use crate::report::Strategy;
 use crate::spline::ends::{Ends, gives_velocity};
 
 /// Leg length above which knots count as distant. Of 400 natural splines through eight points whose neighbours are all
@@ -84,6 +85,7 @@ impl Cheapest {
         let Some(found) = solved(chain, ends, ChainStart::Near(motion), effort)? else {
             return Ok(());
         };
+        let found = found.found_by(Strategy::Descent);
         let other = Self::new(chain, found, effort.interrupt);
         if let Some(other) = unless_interrupted(other)?
             && other.cost < (1.0 - SAME_COST) * self.cost

@@ -10,7 +10,7 @@ use crate::cubic::taylor::work::Work;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::legs::{Curves, Options};
-use crate::report::{SolverReport, StopReason};
+use crate::report::{SolverReport, StopReason, Strategy};
 use crate::spline::options::SplineOptions;
 
 /// Accuracy and work limit of a solver.
@@ -93,6 +93,14 @@ impl ChainSolution {
     /// The [turns](SolvedLegs::turns) of the legs.
     pub(crate) fn turns(&self) -> Option<&[Mat<f64>]> {
         self.legs.as_ref()?.turns.as_deref()
+    }
+
+    /// The same with what found it in the report.
+    pub(crate) fn found_by(self, strategy: Strategy) -> Self {
+        ChainSolution {
+            report: self.report.found_by(strategy),
+            ..self
+        }
     }
 
     /// No solution, with the reason in the report.

@@ -10,7 +10,7 @@ use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::work::{TRIALS, Work};
 use crate::error::{Result, unless_interrupted};
 use crate::manifold::only_bases::Appearance;
-use crate::report::{SolverReport, StopReason};
+use crate::report::{SolverReport, StopReason, Strategy};
 use crate::spline::ends::Ends;
 use crate::spline::options::SplineOptions;
 
@@ -50,6 +50,7 @@ pub(crate) fn cheapest(
     // A start too fast to be integrated is left to descents.
     let first = unless_interrupted(chain.solve(ends, ChainStart::Flat, effort))?;
     let first = first.unwrap_or_else(|| unsolved(effort));
+    let first = first.found_by(Strategy::Direct);
     let is_clear = first.report.converged
         && !low_cost::is_far(chain.longest())
         && !low_cost::is_fast(ends, &first.motion, chain.lengths());
@@ -107,5 +108,6 @@ pub(crate) fn in_ambient(
 ) -> Result<ChainSolution> {
     let trial = chain.lengths().len() as f64 * chain.work_of_leg();
     let work = options.work(TRIALS, trial, points);
-    chain.solve(ends, Effort::new(options, &work))
+    let solution = chain.solve(ends, Effort::new(options, &work))?;
+    Ok(solution.found_by(Strategy::Direct))
 }

@@ -10,7 +10,7 @@ use crate::curve::span::Span;
 use crate::error::{Error, Result, unless_interrupted};
 use crate::manifold::Grassmann;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
-use crate::report::{SolverReport, StopReason};
+use crate::report::{SolverReport, StopReason, Strategy};
 use crate::space::{Kind, Quotient};
 use crate::spline::bases::joined;
 use crate::spline::chains::chain::{SpannedSpace, pieces};
@@ -105,7 +105,7 @@ impl<'a> SubspaceProblem<'a> {
     pub(crate) fn solve(&self) -> Result<ChainSolution> {
         if self.is_at_rest() {
             let report = SolverReport::new(StopReason::Converged, 0, 0.0, 0.0);
-            return Ok(ChainSolution::none(report));
+            return Ok(ChainSolution::none(report.found_by(Strategy::Direct)));
         }
         solve::in_frames(&self.chain, &self.ends, &self.options)
     }
@@ -127,7 +127,7 @@ impl<'a> SubspaceProblem<'a> {
             .chain
             .solve(&self.ends, ChainStart::Near(start), effort);
         match unless_interrupted(found)? {
-            Some(found) if found.report.converged => Ok(found),
+            Some(found) if found.report.converged => Ok(found.found_by(Strategy::Direct)),
             // No more steps are allowed; the work limit is renewed below.
             Some(found) if found.report.iterations >= self.options.max_iterations => Ok(found),
             _ => self.solve(),

@@ -9,7 +9,7 @@ use crate::cubic::boundary::solver::scattered;
 use crate::cubic::{RiemannianCubic, SearchOptions};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
-use crate::report::SolverReport;
+use crate::report::{SolverReport, Strategy};
 use crate::solve::gmres::norm;
 use crate::spline::chains::descent::{self, Course::Along};
 use crate::spline::chains::interpolation::Interpolation;
@@ -120,16 +120,18 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
     work.allow(SEARCH_WORK);
     let effort = Effort::new(&problem.options, &work);
     let mut found = DistinctSolutions::new(options.distinct);
-    let mut try_start = |start: ChainStart| -> Result<()> {
+    let mut try_start = |start: ChainStart, strategy: Strategy| -> Result<()> {
         if let Some(solution) = solved(chain, ends, start, effort)? {
-            found.add((solution.motion.derivatives(0).to_vec(), solution));
+            let start = solution.motion.derivatives(0).to_vec();
+            found.add((start, solution.found_by(strategy)));
         }
         Ok(())
     };
-    try_start(match options.boundary.guess {
+    let first = match options.boundary.guess {
         Some(guess) => ChainStart::Near(problem.motion_with(&problem.derivatives_of(guess)?)),
         None => ChainStart::Flat,
-    })?;
+    };
+    try_start(first, Strategy::Direct)?;
     let mut courses = Vec::from(descent::starts(chain, ends)?);
     if let Some(data) = descent::flat_data(chain, ends)? {
         for turns in TURNS {
@@ -139,7 +141,7 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
     }
     for course in courses {
         if let Some(end) = course.end(chain, ends, effort)? {
-            try_start(ChainStart::Near(end))?;
+            try_start(ChainStart::Near(end), Strategy::Descent)?;
         }
     }
     let flat = Interpolation::new(chain, ends)?.start()?;
@@ -149,7 +151,8 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
             break;
         }
         let derivatives = scattered(flat.derivatives(0), speeds(&flat), attempt, &mut random);
-        try_start(ChainStart::Near(problem.motion_with(&derivatives)))?;
+        let start = ChainStart::Near(problem.motion_with(&derivatives));
+        try_start(start, Strategy::Direct)?;
     }
     let report = SolverReport::new(effort.reason(0), 0, f64::INFINITY, effort.tolerance);
     Ok((found, report))
