@@ -79,14 +79,14 @@ impl StopReason {
 /// use stiefel_rs::{RiemannianCubic, Strategy};
 /// // Ends so near that Newton's method needs no help, and nearly opposite ones with speed across the way.
 /// let (s0, near, far) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]], mat![[-0.96], [0.28], [0.0]]);
-/// let (slow, fast) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [0.0], [4.0]]);
+/// let v = mat![[0.0], [0.0], [4.0]];
 /// let strategy = |s1: &faer::Mat<f64>, v: &faer::Mat<f64>| {
 ///     let [s0, v, s1] = [&s0, v, s1].map(|a| a.as_ref());
 ///     let curve = RiemannianCubic::from_boundary(s0, v, s1, v, &BoundaryOptions::default())?;
 ///     Ok::<_, stiefel_rs::Error>(curve.report().and_then(|report| report.strategy))
 /// };
-/// assert_eq!(strategy(&near, &slow)?, Some(Strategy::Direct));
-/// assert_eq!(strategy(&far, &fast)?, Some(Strategy::Descent));
+/// assert_eq!(strategy(&near, &(0.5 * &v))?, Some(Strategy::Direct));
+/// assert_eq!(strategy(&far, &v)?, Some(Strategy::Descent));
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -97,8 +97,8 @@ pub enum Strategy {
     Direct,
     /// A descent to a curve of least cost, and Newton's method from its end.
     Descent,
-    /// Continuation from a curve with other end data: the curve of a guess, a cubic of flat space with an extra full turn,
-    /// or one with random initial data.
+    /// Continuation from a curve with other end data: a cubic of flat space with an extra full turn, or one with random
+    /// initial data.
     Continuation,
 }
 

@@ -149,13 +149,13 @@ fn boundary_problem() {
 fn lines_get_no_hint() {
     let y0 = mat![[1.0], [0.0], [0.0]];
     let y1 = mat![[-0.96], [0.28], [0.0]];
-    let rest = Mat::zeros(3, 1);
+    let (across, rest) = (mat![[0.0], [0.0], [2.0]], Mat::zeros(3, 1));
     let options = BoundaryOptions {
         max_iterations: 1,
         tolerance: 1e-15,
         ..BoundaryOptions::default()
     };
-    let data = [&y0, &rest, &y1, &rest].map(|x| x.as_ref());
+    let data = [&y0, &across, &y1, &rest].map(|x| x.as_ref());
     let [y0, v0, y1, v1] = data;
     let found = RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options);
     assert!(!matches!(failed(found), Error::OnlyBases { .. }));

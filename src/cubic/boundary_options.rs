@@ -1,4 +1,4 @@
-//! Options of boundary value problems of Riemannian cubics.
+//! Options and reports of boundary value problems of Riemannian cubics.
 
 use faer::MatRef;
 
@@ -42,9 +42,8 @@ pub struct BoundaryOptions<'a> {
     /// this is about `1e-12`.
     pub tolerance: f64,
     /// Maximal number of Newton steps from each start; at least 1. Descents take up to 300 steps each and count only
-    /// against the work limit. With 12 or fewer, the search ends if the first start runs out of steps: only Newton's
-    /// method from there is tried. Values above the default raise the [limit of work](crate::StopReason::WorkLimit) in
-    /// proportion.
+    /// against the work limit. With 12 or fewer, only Newton's method from the first start is tried. Values above the
+    /// default raise the [limit of work](crate::StopReason::WorkLimit) in proportion.
     pub max_iterations: usize,
     /// Covariant acceleration and covariant jerk at `S0` to start from, shape `(n, k)` each; by default those of the
     /// cubic of flat space. Components outside the span of the boundary data are dropped, since no solution has any.

@@ -134,7 +134,7 @@ impl PyRiemannianCubic {
     ///     used.
     /// max_iterations : int, default 50
     ///     Largest number of Newton steps from each starting point. Descent steps, up to 300 per descent, are bounded
-    ///     by the work limit only. If this is 12 or less and the first start uses all steps, the search ends. More than
+    ///     by the work limit only. If this is 12 or less, only Newton's method from the first start is tried. More than
     ///     50 raise the work limit, about two seconds, in proportion.
     /// guess : pair (A, J) of array_like, optional
     ///     Covariant acceleration and covariant jerk at ``S0``, shape (n, k) each, from which Newton's method starts;
@@ -180,12 +180,12 @@ impl PyRiemannianCubic {
     /// -----
     /// Cubics with given ends are stationary, not unique. If displacement and speeds are at most 2, Newton's method
     /// starts from the cubic in flat space; from a guess it starts at any distance. If it fails, and for other data,
-    /// unless a guess is given, chains of cubics descend to local minima of the cost: from a curve
-    /// that rolls evenly from one velocity to the other; for end speeds up to 16 also from the cubic in flat space; and
-    /// from the de Casteljau curve if more than one quasi-geodesic joins the points. The solution of least cost is
-    /// returned. If the descents would exceed the work limit (dimension 57 or more, as for St(15,5), SO(12) and complex
-    /// St(10,4)), the solution from the cubic in flat space is returned, which need not have the least cost. Compare
-    /// solutions by :meth:`Curve.cost`; ``report.strategy`` says how one was found.
+    /// chains of cubics descend to local minima of the cost: from a curve that rolls evenly from one velocity to the
+    /// other; for end speeds up to 16 also from the cubic in flat space; and from the de Casteljau curve if more than one
+    /// quasi-geodesic joins the points. The solution of least cost is returned. If the descents would exceed the work
+    /// limit (dimension 57 or more, as for St(15,5), SO(12) and complex St(10,4)), the solution from the cubic in flat
+    /// space is preferred, which need not have the least cost. ``report.strategy`` says how the solution was found, and
+    /// :meth:`Curve.cost` compares solutions.
     ///
     /// Of subspaces, several solutions are compared only if they are more than 1.4 apart. Nearer ones with speeds
     /// above 1 may have cheaper ones, which ``all_found=True`` lists.

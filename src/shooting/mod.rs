@@ -33,7 +33,6 @@ mod tests;
 pub(crate) use descents::chain_knots::ChainKnots;
 pub(crate) use descents::free_chain::products_of_step;
 pub(crate) use descents::layout::{ChainLayout, Held};
-pub(crate) use descents::start_response::StartResponse;
 pub(crate) use linear::linear_curve::{CurvePart, LinearCurve};
 pub(crate) use linear::linearise::{DENSE, linearise, linearise_all};
 pub(crate) use lone_leg::{EndData, LoneLeg, lone_leg, lone_legs};

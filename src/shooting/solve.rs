@@ -6,7 +6,6 @@ use super::chains::solved::SolvedSeries;
 use super::descents::chain_knots::ChainKnots;
 use super::descents::free_chain::FreeChain;
 use super::descents::layout::ChainLayout;
-use super::descents::start_response::StartResponse;
 use super::taylor::orders::{MOST, Orders};
 use crate::error::Result;
 use crate::legs::{Curves, Knots, Options, Progress};
@@ -61,8 +60,6 @@ pub(crate) struct LeastCost {
     pub(crate) cost: f64,
     /// Frames and velocities at the knots.
     pub(crate) knots: ChainKnots,
-    /// The response where the descent has come to rest, if requested.
-    pub(crate) response: Option<StartResponse>,
 }
 
 /// Options of a descent.
@@ -74,8 +71,6 @@ pub(crate) struct DescentProblem<'a> {
     pub(crate) below: f64,
     /// Ends of other descents, of legs of unit duration; the descent may stop if it comes near one of them.
     pub(crate) known: &'a [&'a ChainKnots],
-    /// Whether the response of the start to the end is requested, for a chain with free inner knots.
-    pub(crate) with_response: bool,
 }
 
 /// The curve of least cost that a descent reaches from frames and velocities at consecutive knots, per unit of time.
@@ -102,13 +97,10 @@ where
     }
     let mut progress = Progress::new(options.tolerance);
     let reason = chain.descend(&mut progress, (descent.below, descent.known), options)?;
-    let is_wanted = descent.with_response && reason == StopReason::Converged;
-    let response = is_wanted.then(|| StartResponse::of(&chain)).flatten();
     Ok(LeastCost {
         report: progress.report(reason),
         derivatives: (0..legs).flat_map(|leg| chain.derivatives(leg)).collect(),
         cost: chain.cost,
         knots: chain.state.knots,
-        response,
     })
 }

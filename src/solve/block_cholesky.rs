@@ -1,8 +1,9 @@
-//! Symmetric positive definite block tridiagonal systems, plain and cyclic, by Cholesky factors.
+//! Symmetric block tridiagonal systems, plain and cyclic: positive definite ones by Cholesky factors, others by elimination.
 //!
 //! # Source
 //! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.2.5 and 4.5.1.
 
+use super::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::linalg::simd::vectorised;
 
 /// Square blocks of one size, by rows: the diagonal blocks, and the blocks to their right, except in the last row; for
@@ -150,6 +151,24 @@ impl SymmetricBlocks {
         Some(column)
     }
 
+    /// The factors by elimination, also of an indefinite matrix; `None` if a block on its way is singular.
+    pub(crate) fn eliminated(&self) -> Option<Factors> {
+        let (d, square) = (self.size, self.size * self.size);
+        let count = self.diagonal.len() / square;
+        let mut all = BlockTridiagonal::zeros(count, d);
+        all.diagonal.copy_from_slice(&self.diagonal);
+        all.above[..self.beside.len()].copy_from_slice(&self.beside);
+        for (block, beside) in self.beside.chunks_exact(square).enumerate() {
+            transpose(d, beside, &mut all.below[(block + 1) * square..]);
+        }
+        if self.corner.is_empty() {
+            return all.factored();
+        }
+        all.below[..square].copy_from_slice(&self.corner);
+        transpose(d, &self.corner, &mut all.above[(count - 1) * square..]);
+        all.factored_cyclic()
+    }
+
     /// The last column of a cyclic matrix, for all rows but the last two.
     fn last_column(&self) -> Vec<f64> {
         let mut column = self.corner.clone();
@@ -232,6 +251,15 @@ impl CholeskyFactor {
             for (i, row) in diagonal.chunks_exact(d).enumerate().rev() {
                 here[i] = (here[i] - dot(&row[i + 1..], &here[i + 1..])) / row[i];
             }
+        }
+    }
+}
+
+/// `out = A^T`.
+fn transpose(d: usize, a: &[f64], out: &mut [f64]) {
+    for (i, row) in a.chunks_exact(d).enumerate() {
+        for (j, x) in row.iter().enumerate() {
+            out[j * d + i] = *x;
         }
     }
 }
@@ -382,6 +410,35 @@ mod tests {
                 assert!((found - x).abs() < 1e-14, "{found} {x}");
             }
         }
+    }
+
+    #[test]
+    fn elimination_solves_indefinite_systems_too() {
+        for (shift, a) in [
+            (-1.2, matrix(0.0)),
+            (-1.2, cyclic(3)),
+            (-1.2, cyclic(5)),
+            (0.0, cyclic(4)),
+        ] {
+            let count = a.diagonal.len() / a.size;
+            let mut unit = SymmetricBlocks {
+                beside: vec![0.0; a.beside.len()],
+                corner: vec![0.0; a.corner.len()],
+                ..a.clone()
+            };
+            for diagonal in unit.diagonal.chunks_exact_mut(4) {
+                diagonal.copy_from_slice(&[1.0, 0.0, 0.0, 1.0]);
+            }
+            let a = a.plus(shift, &unit);
+            assert_eq!(a.clone().factored().is_none(), shift < 0.0);
+            let x: Vec<f64> = (0..count).map(|i| (0.7 * i as f64).cos()).collect();
+            let mut b = product(&a, &x);
+            a.eliminated().expect("regular").solve(&mut b);
+            for (found, x) in b.iter().zip(&x) {
+                assert!((found - x).abs() < 1e-13, "{found} {x}");
+            }
+        }
+        assert!(SymmetricBlocks::zeros(3, 2).eliminated().is_none());
     }
 
     #[test]

@@ -29,7 +29,6 @@ fn moderate_data_are_solved_from_the_flat_start() {
             }
             moderate += 1;
             assert_eq!(report.strategy, Some(Strategy::Direct), "{report}");
-            // Up to 6 Newton steps; from 8 unknowns on, up to 12 Broyden steps.
             assert!(report.iterations <= 12, "{shape:?}: {report}");
         }
         assert!(
@@ -94,6 +93,40 @@ fn far_and_fast_data_are_solved() {
         }
         // At most one in a hundred.
         assert!(100 * failures.len() <= count, "{shape:?}: {failures:?}");
+    }
+}
+
+/// Curves that are too fast for Newton's method at nodes: the legs of the descent are then one curve, whose derivatives up
+/// to the third do not jump.
+#[test]
+fn fast_data_are_solved_on_the_chain_of_the_descent() {
+    for (shape, speed) in [
+        ((3, 1), 60.0),
+        ((3, 2), 40.0),
+        ((4, 2), 30.0),
+        ((3, 3), 40.0),
+    ] {
+        let mut rng = Rng::new(33);
+        for _ in 0..3 {
+            let mut data = Data::random(shape, 2.0, 1.0, &mut rng);
+            data.v0 = random_tangent(&data.s0, speed, &mut rng);
+            data.v1 = random_tangent(&data.s1, 0.9 * speed, &mut rng);
+            let what = format!("{shape:?} at speed {speed}");
+            let curve = data.solve().unwrap_or_else(|e| panic!("{what}: {e}"));
+            assert_eq!(curve.report().unwrap().strategy, Some(Strategy::Descent));
+            assert!(curve.steps() > 8, "{what}: {} pieces", curve.steps());
+            assert_within(data.defect(&curve), END * speed, &what);
+            // Legs begin at multiples of an eighth, at least.
+            for t in (1..8).map(|i| f64::from(i) / 8.0) {
+                let unit = 1e-13;
+                for order in 0..4 {
+                    let at = |t: f64| curve.derivative(t, order).unwrap();
+                    let size = speed.powi(order as i32 + 1);
+                    let jump = distance(&at(t - unit), &at(t + unit));
+                    assert_within(jump, 1e-11 * size, &format!("{what}, derivative {order}"));
+                }
+            }
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Opposite and equal points, great circles, data with round-off, and guesses that do not converge.
 
 use faer::{Mat, mat};
-use stiefel_rs::cubic::BoundaryOptions;
-use stiefel_rs::{Curve, Error, Geodesic, Strategy};
+use stiefel_rs::cubic::{BoundaryOptions, SearchOptions};
+use stiefel_rs::{Curve, Error, Geodesic, RiemannianCubic, Strategy};
 
 use crate::common::{
     Rng, assert_close, assert_within, counted, distance, random_point, random_rotation,
@@ -23,9 +23,18 @@ fn equal_points_and_no_velocities_give_the_constant_curve() {
             s1: s.clone(),
             v1: zero,
         };
-        let curve = data.solve().unwrap();
-        assert_close(&curve.point(0.4).unwrap(), &s, 1e-14, "constant");
-        assert!(curve.cost().unwrap() < 1e-25);
+        let guess = Some((data.v0.as_ref(), data.v0.as_ref()));
+        let guessed = BoundaryOptions {
+            guess,
+            ..Default::default()
+        };
+        for curve in [data.solve().unwrap(), data.solve_with(&guessed).unwrap()] {
+            assert_close(&curve.point(0.4).unwrap(), &s, 1e-14, "constant");
+            assert!(curve.cost().unwrap() < 1e-25);
+        }
+        let [s0, v0, s1, v1] = [&data.s0, &data.v0, &data.s1, &data.v1].map(Mat::as_ref);
+        let all = RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &SearchOptions::default());
+        assert!(all.unwrap()[0].cost().unwrap() < 1e-25);
     }
 }
 
@@ -146,8 +155,8 @@ fn opposite_points_with_slow_ends_are_joined() {
     // The solutions nearly form a continuous family: rotating one about the axis through the points almost gives
     // another one.
     let mut rng = Rng::new(74);
-    for (n, k) in [(3, 1), (4, 1), (3, 2), (4, 2)] {
-        for speed in [1e-2, 1e-4, 1e-6] {
+    for (n, k) in [(3, 1), (4, 1), (5, 1), (3, 2), (4, 2)] {
+        for speed in [1e-2, 1e-4, 1e-6, 1e-8] {
             let s0 = random_point(n, k, &mut rng);
             let s1 = -&s0;
             let data = Data {

@@ -53,7 +53,7 @@ def expected(ends):
 @pytest.mark.parametrize("scheduler", ["cluster", "synchronous"])
 def test_an_error_names_the_problem(client, unsolvable, scheduler):
     sweep = batches.solve_boundary(*unsolvable, chunk=7)
-    with pytest.raises(ConvergenceError, match=f"^problem {BAD}: shooting") as caught:
+    with pytest.raises(ConvergenceError, match=f"^problem {BAD}: boundary value problem") as caught:
         sweep["cost"].compute(**({} if scheduler == "cluster" else {"scheduler": "synchronous"}))
     assert caught.value.problem == (BAD,)
     assert not caught.value.report.converged and caught.value.report.residual > 1e-12
@@ -66,7 +66,7 @@ def test_failures_can_be_marked(client, unsolvable, expected):
         name: values[good] for name, values in expected["riemannian"].items()
     })  # fmt: skip
     assert found["code"][BAD] == batches.Outcome.NO_CONVERGENCE and not found["converged"][BAD]
-    assert found["message"][BAD].startswith("shooting for a Riemannian cubic: no convergence")
+    assert found["message"][BAD].startswith("boundary value problem of a Riemannian cubic: no convergence")
     assert found["iterations"][BAD] > 0 and found["residual"][BAD] > 1e-12
     assert all(np.isnan(found[name][BAD]).all() for name in ("S", "V", "A", "J", "cost", "points"))
 

@@ -73,9 +73,7 @@ def test_boundary_data_are_met(boundary):
     assert report.converged
     assert report.reason == "converged"
     assert report.residual <= report.tolerance == TOL
-    # Steps of Newton's method or, for many unknowns, of Broyden's, without a Jacobian for more than 64 unknowns.
-    unknowns = 2 * Stiefel(min(curve.n, 4 * curve.k), curve.k).dim
-    assert report.iterations <= (12 if unknowns <= 64 else 30)
+    assert report.iterations <= 12
     # The same curve as an initial value problem.
     again = RiemannianCubic.from_initial(*curve.initial)
     t = np.linspace(0, 1, 5)

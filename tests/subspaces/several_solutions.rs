@@ -122,15 +122,16 @@ fn planes_of_space_have_the_solutions_of_their_normals() {
                 lines.len()
             );
             assert_within((planes[0] / lines[0] - 1.0).abs(), 1e-9, "the cheapest");
-            wanted += lines.len();
+            let cheap = &lines[..lines.len().min(3)];
+            wanted += cheap.len();
             let is_seen = |cost: &&f64| planes.iter().any(|x| (x / *cost - 1.0).abs() < 1e-7);
-            seen += lines.iter().filter(is_seen).count();
+            seen += cheap.iter().filter(is_seen).count();
         }
     }
-    // Measured: 91 of 164; the descents miss the most expensive ones.
+    // Measured: 68 of 72; the descents miss expensive ones.
     assert!(
-        2 * seen >= wanted,
-        "{seen} of {wanted} solutions on the sphere"
+        10 * seen >= 9 * wanted,
+        "{seen} of {wanted} cheap solutions on the sphere"
     );
 }
 

@@ -15,7 +15,8 @@ use crate::cubic::taylor::packing::pack;
 use crate::cubic::taylor::work::of_products;
 use crate::error::Result;
 
-/// Largest number of unknowns for which one series is used instead: on St(3,1) and St(3,2) it takes less than half as long.
+/// Largest number of unknowns for which one series is tried instead, without tension: on St(3,1) and St(3,2) it takes less
+/// than half as long.
 const FEW: usize = 6;
 
 /// Maximal number of steps. Random problems with distance and speeds up to 2 take 4 to 13.
@@ -29,17 +30,20 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(crate) fn by_flat_start(&mut self, flat: &FlatData) -> Result<Option<SolvedStart>> {
-        match self.problem.unknowns() {
-            0 => Ok(None),
-            1..=FEW => self.by_one_series(flat),
-            _ => self.at_nodes(&self.problem.start_of(flat), BoundaryStart::Flat),
+    pub(crate) fn by_flat_start(&mut self, flat: Option<&FlatData>) -> Result<Option<SolvedStart>> {
+        let problem = self.problem;
+        if (1..=FEW).contains(&problem.unknowns())
+            && problem.target.tension == 0.0
+            && let Some(flat) = flat
+            && let Some(found) = self.by_one_series(flat)?
+        {
+            return Ok(Some(found));
         }
+        self.at_nodes(&problem.flat_start(flat), BoundaryStart::Flat)
     }
 
     /// The solution that Newton's method at Gauss nodes finds from `(x', x'')` at the start, compared with the given end;
-    /// `None` if it finds none, if the caller allows few steps, or in few dimensions, where other methods
-    /// are quicker.
+    /// `None` if it finds none.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -49,10 +53,11 @@ impl Solver<'_> {
         kind: BoundaryStart,
     ) -> Result<Option<SolvedStart>> {
         let problem = self.problem;
-        if problem.unknowns() <= FEW || self.has_few_steps() {
-            return Ok(None);
+        if problem.unknowns() == 0 {
+            // Nothing can move.
+            return self.integrated(start);
         }
-        let (left, work) = (self.map.work().left(), Cell::new(0.0));
+        let (left, work) = (self.work.left(), Cell::new(0.0));
         let limits = BoundaryLimits {
             tolerance: SHARE * self.tolerance(),
             steps: STEPS.min(self.options.max_iterations),
@@ -66,10 +71,8 @@ impl Solver<'_> {
         let (a, b) = start.split_at(start.len() / 2);
         let derivatives = [a, b].map(<[f64]>::to_vec);
         let outcome = solve_between_ends(problem.shape(), &data, (derivatives, kind), limits)?;
-        self.map.work().count(work.get());
-        if outcome.steps > 0 || outcome.found.is_some() {
-            self.account_start(outcome.steps);
-        }
+        self.work.count(work.get());
+        self.count_steps(outcome.steps);
         let Some(SolvedLeg { derivatives, curve }) = outcome.found else {
             return Ok(None);
         };
@@ -81,7 +84,7 @@ impl Solver<'_> {
                 return Ok(Some(found));
             }
         }
-        self.integrated(start)
+        self.integrated(&start)
     }
 }
 

@@ -3,7 +3,6 @@
 use super::few_dimensions::{STEPS, end_data};
 use super::from_boundary;
 use super::problem::BoundaryProblem;
-use super::shooting::SOLVER;
 use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
 use crate::cubic::taylor::packing::unpack;
@@ -13,6 +12,8 @@ use crate::linalg::lanes::LANES;
 use crate::shooting::{EndData, LoneLeg, lone_legs};
 use crate::threads::{self, ALWAYS};
 use faer::{Mat, MatRef};
+
+const SOLVER: &str = "boundary value problems of Riemannian cubics";
 
 /// Problems per task of the thread pool.
 const TASK: usize = 64;

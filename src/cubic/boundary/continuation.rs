@@ -10,15 +10,15 @@
 
 use faer::Mat;
 
-use super::end_map::EndMap;
 use super::homotopy::Homotopy;
+use super::shooting::SingleShooting;
 use crate::cubic::taylor::march::Accuracy;
 use crate::error::{Result, unless_interrupted};
 use crate::linalg::decomp::solve_square;
 use crate::solve::gmres::{dot, norm};
 
 /// Maximal number of steps along the curve.
-pub(crate) const MAX_STEPS: usize = 150;
+const MAX_STEPS: usize = 150;
 
 /// The first, longest and shortest step, in units in which `lambda` and the scaled `y` change by 1.
 const STEP: [f64; 3] = [0.1, 0.4, 1e-4];
@@ -47,17 +47,6 @@ const ACCURACY: f64 = 1e-7;
 /// Half the step in `lambda` for differencing the data. The difference only predicts the direction.
 const DIFFERENCE: f64 = 1e-3;
 
-/// How to continue after a solution of the problem was passed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Next {
-    /// Stop: the solution was accepted and no more are needed.
-    Stop,
-    /// Continue to the next solution.
-    Continue,
-    /// No solution was found from this point: approach more closely.
-    Refine,
-}
-
 /// A point on the curve of solutions: scaled `y`, then `lambda`.
 struct FamilyPoint {
     place: Vec<f64>,
@@ -65,37 +54,30 @@ struct FamilyPoint {
 }
 
 /// Follows the curve of solutions of a family.
-pub(crate) struct Tracer<'a> {
-    map: &'a mut dyn EndMap,
+pub(crate) struct Tracer<'a, 'i> {
+    map: &'a mut SingleShooting<'i>,
     homotopy: &'a Homotopy,
     /// Scale of `y`.
     scale: f64,
     /// Newton corrections so far.
     pub(crate) corrections: usize,
     /// Steps along the curve so far.
-    pub(crate) steps: usize,
-    max_steps: usize,
+    steps: usize,
 }
 
-impl<'a> Tracer<'a> {
-    pub(crate) fn new(
-        map: &'a mut dyn EndMap,
-        homotopy: &'a Homotopy,
-        scale: f64,
-        max_steps: usize,
-    ) -> Self {
+impl<'a, 'i> Tracer<'a, 'i> {
+    pub(crate) fn new(map: &'a mut SingleShooting<'i>, homotopy: &'a Homotopy, scale: f64) -> Self {
         Tracer {
             map,
             homotopy,
             scale: scale.max(1.0),
             corrections: 0,
             steps: 0,
-            max_steps,
         }
     }
 
-    /// Starts from a solution at `lambda = 0`; `arrive` receives an approximate solution at each crossing of `lambda =
-    /// 1`.
+    /// Starts from a solution at `lambda = 0`; `arrive` receives an approximate solution at each crossing of `lambda = 1`
+    /// and returns whether a solution was found from it; if not, the crossing is approached more closely.
     ///
     /// # Errors
     /// `Interrupted`, the errors of `arrive`, and an error if the family has no member at a parameter. Losing the curve
@@ -103,27 +85,23 @@ impl<'a> Tracer<'a> {
     pub(crate) fn run(
         &mut self,
         start: &[f64],
-        mut arrive: impl FnMut(&mut dyn EndMap, &[f64]) -> Result<Next>,
+        mut arrive: impl FnMut(&mut SingleShooting<'i>, &[f64]) -> Result<bool>,
     ) -> Result<()> {
         let [mut step, longest, shortest] = STEP;
         let Some(mut from) = self.first(start)? else {
             return Ok(());
         };
-        while self.steps < self.max_steps && step >= shortest && !self.map.work().is_done() {
+        while self.steps < MAX_STEPS && step >= shortest && !self.map.work.is_done() {
             self.steps += 1;
             let Some((to, corrections)) = self.advance(&from, step)? else {
                 step *= 0.4;
                 continue;
             };
             if let Some(y) = self.crossing(&from, &to) {
-                self.map.set_target(&self.homotopy.target(1.0)?);
-                match arrive(self.map, &y)? {
-                    Next::Stop => return Ok(()),
-                    Next::Continue => {}
-                    Next::Refine => {
-                        step *= 0.4;
-                        continue;
-                    }
+                self.map.target = self.homotopy.target(1.0)?;
+                if !arrive(self.map, &y)? {
+                    step *= 0.4;
+                    continue;
                 }
             }
             from = to;
@@ -187,13 +165,13 @@ impl<'a> Tracer<'a> {
         let accuracy = Accuracy::of_tolerance(ACCURACY);
         let mut beside = [Vec::new(), Vec::new()];
         for (equations, side) in beside.iter_mut().zip([-DIFFERENCE, DIFFERENCE]) {
-            self.map.set_target(&self.homotopy.target(lambda + side)?);
-            let Some((found, _)) = unless_interrupted(self.map.equations(&y, accuracy))? else {
+            self.map.target = self.homotopy.target(lambda + side)?;
+            let Some(found) = unless_interrupted(self.map.residual(&y, accuracy))? else {
                 return Ok(None);
             };
-            *equations = found;
+            *equations = found.equations;
         }
-        self.map.set_target(&self.homotopy.target(lambda)?);
+        self.map.target = self.homotopy.target(lambda)?;
         let Some((jacobian, mut right)) = unless_interrupted(self.map.derivative(&y, accuracy))?
         else {
             return Ok(None);

@@ -36,17 +36,6 @@ pub(crate) struct EndResidual<T> {
     pub(crate) distance: f64,
 }
 
-/// The changes of `(x', x'')` that move the end of a curve of flat space by minus the given equations: `a = -6 s + 2
-/// v`, `x'' = 12 s - 6 v`.
-pub(crate) fn flat_inverse(equations: &[f64]) -> Vec<f64> {
-    let (points, velocities) = equations.split_at(equations.len() / 2);
-    let pairs = || points.iter().zip(velocities);
-    let accelerations = pairs().map(|(s, v)| -6.0 * s + 2.0 * v);
-    accelerations
-        .chain(pairs().map(|(s, v)| 12.0 * s - 6.0 * v))
-        .collect()
-}
-
 /// Integrates from `y = (x', x'')` and compares the end with the target.
 pub(crate) fn evaluate<T: Number, B: BlockSizes>(
     march: &mut TaylorMarch<T, B>,

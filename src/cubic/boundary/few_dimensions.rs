@@ -5,7 +5,7 @@ use super::guess::FlatData;
 use super::problem::BoundaryProblem;
 use super::solution::SolvedStart;
 use super::solver::Solver;
-use crate::collocation::BoundaryData;
+use crate::collocation::{BoundaryData, BoundaryStart};
 use crate::cubic::taylor::packing::pack;
 use crate::error::Result;
 use crate::shooting::{EndData, lone_leg};
@@ -14,23 +14,24 @@ use crate::shooting::{EndData, lone_leg};
 pub(crate) const STEPS: usize = 11;
 
 impl Solver<'_> {
-    /// The solution found with one series from the cubic of flat space; `None` if there is none.
+    /// The solution found with one series from the cubic of flat space, at Gauss nodes from there if one series is not
+    /// accurate enough; `None` if there is none.
     ///
     /// # Errors
     /// `Interrupted`.
     pub(crate) fn by_one_series(&mut self, flat: &FlatData) -> Result<Option<SolvedStart>> {
         let problem = self.problem;
-        if problem.target.tension > 0.0 {
-            return Ok(None);
-        }
         let data = end_data(problem, flat);
         let steps = STEPS.min(self.options.max_iterations);
         let legs = lone_leg(problem.shape())(&[data], self.tolerance(), steps);
         let Some(leg) = legs.into_iter().flatten().next() else {
             return Ok(None);
         };
-        self.account_start(leg.steps);
-        self.integrated(leg.start)
+        self.count_steps(leg.steps);
+        match self.integrated(&leg.start)? {
+            None => self.at_nodes(&leg.start, BoundaryStart::Curve),
+            found => Ok(found),
+        }
     }
 }
 

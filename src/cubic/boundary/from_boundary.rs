@@ -5,27 +5,24 @@ use std::sync::Arc;
 use faer::MatRef;
 
 use super::problem::BoundaryProblem;
-use super::shooting::SOLVER;
-use super::solution::SolvedStart;
-use super::solver::Solver;
+use super::solver::{Reported, Solver};
 use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::manifold::only_bases::advised;
-use crate::report::{SolverReport, Strategy};
 
 impl RiemannianCubic {
     /// The Riemannian cubic on `[0, 1]` with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`,
     /// and the [tension](BoundaryOptions::tension) of the options.
     ///
     /// Cubics with given ends are stationary, but not unique. Up to displacement and speeds of 2, Newton's method
-    /// starts from the cubic of flat space, at Gauss nodes or, in up to three dimensions and for fast curves, by
-    /// shooting; from a guess it starts at any distance. If it fails, and for other data, a chain of cubics descends to
-    /// a local minimum of the cost from several starts: a curve that rolls from one velocity to the other; for end
-    /// speeds up to 16 also the cubic of flat space; and the de Casteljau curve if more than one quasi-geodesic joins
-    /// the points. The solution of least cost is returned. If descents would exceed the work limit (dimensions from 57
-    /// on, such as St(15,5), SO(12) and complex St(10,4)), the solution from the cubic of flat space is returned; it
-    /// need not be the one of least cost. `docs/boundary_cost.md` compares the costs of solutions.
+    /// starts from the cubic of flat space, at Gauss nodes or, in up to three dimensions, for a Taylor series; from a guess
+    /// it starts at any distance. If it fails, and for other data, a chain of cubics descends to a local minimum of the
+    /// cost from several starts: a curve that rolls from one velocity to the other; for end speeds up to 16 also the
+    /// cubic of flat space; and the de Casteljau curve if more than one quasi-geodesic joins the points. Newton's method
+    /// at Gauss nodes, or else on the chain, takes the one of least cost to the tolerance. If descents would exceed the
+    /// work limit (dimensions from 57 on, such as St(15,5), SO(12) and complex St(10,4)), the solution from the cubic of
+    /// flat space is preferred; it need not be the one of least cost. `docs/boundary_cost.md` compares the costs of solutions.
     /// [`report`](Self::report) says how the solution was found, [`cost`](crate::Curve::cost) gives its cost, and
     /// [`all_from_boundary`](Self::all_from_boundary) looks for others.
     ///
@@ -76,7 +73,7 @@ impl RiemannianCubic {
     }
 }
 
-/// The solution of a problem with initial point `s0`, and how it was found.
+/// The solution of a problem with initial point `s0`, and the report on it.
 ///
 /// # Errors
 /// `DifferentComponents`, `NoConvergence`, `Interrupted`, and the errors of a guess.
@@ -84,14 +81,11 @@ pub(crate) fn solve(
     problem: &BoundaryProblem,
     s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
-) -> Result<(SolvedStart, SolverReport)> {
+) -> Result<Reported> {
     let mut solver = Solver::new(problem, options);
     let found = match options.guess {
         Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
         None => solver.of_low_cost()?,
     };
-    found.ok_or_else(|| Error::NoConvergence {
-        solver: SOLVER,
-        report: solver.report(Strategy::Descent),
-    })
+    found.ok_or_else(|| solver.failure())
 }

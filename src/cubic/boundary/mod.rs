@@ -2,11 +2,9 @@
 
 pub(crate) mod at_nodes;
 pub(crate) mod batch;
-pub(crate) mod broyden;
 pub(crate) mod continuation;
 pub(crate) mod descent_start;
 pub(crate) mod end_equations;
-pub(crate) mod end_map;
 pub(crate) mod few_dimensions;
 pub(crate) mod from_boundary;
 pub(crate) mod guess;

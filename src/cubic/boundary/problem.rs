@@ -3,13 +3,11 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::end_map::EndMap;
 use super::guess::FlatData;
 use super::relative_ends::RelativeEnds;
-use super::shooting::SingleShooting;
 use crate::cubic::boundary::end_equations::Target;
 use crate::cubic::boundary_options::BoundaryOptions;
-use crate::cubic::taylor::blocks::{BlockSizes, FixedSizes, Sizes};
+use crate::cubic::taylor::blocks::{BlockSizes, Sizes};
 use crate::cubic::taylor::initial::{Horizontal, complete_over};
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::packing::{pack, unpack};
@@ -22,6 +20,7 @@ use crate::interrupt::Interrupt;
 use crate::linalg::field::larger;
 use crate::linalg::product::entries;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
+use crate::shooting::ChainKnots;
 use crate::space::{Kind, ScalarField, Shape};
 
 /// A boundary value problem, reduced to the span of its data.
@@ -178,35 +177,6 @@ impl BoundaryProblem {
         Ok(pack(self.blocks(), &[a, second]))
     }
 
-    /// The map from `(x', x'')` to the end, in the form solvers use. With sizes known only at run time, hard problems
-    /// (distance up to 3, speeds up to 6) take 2.8 times as long on St(2,1) and 1.5 times on St(4,1).
-    pub(crate) fn end_map<'a>(&self, interrupt: Interrupt<'a>) -> Box<dyn EndMap + 'a> {
-        let (blocks, target) = (self.blocks(), &self.target);
-        match (blocks.m, blocks.k) {
-            (1, 1) => Box::new(SingleShooting::<_, 2>::new(
-                FixedSizes::<1, 1>,
-                target,
-                interrupt,
-            )),
-            (2, 1) => Box::new(SingleShooting::<_, 4>::new(
-                FixedSizes::<2, 1>,
-                target,
-                interrupt,
-            )),
-            (3, 1) => Box::new(SingleShooting::<_, 6>::new(
-                FixedSizes::<3, 1>,
-                target,
-                interrupt,
-            )),
-            (1, 2) => Box::new(SingleShooting::<_, 6>::new(
-                FixedSizes::<1, 2>,
-                target,
-                interrupt,
-            )),
-            _ => Box::new(SingleShooting::<_, 8>::new(blocks, target, interrupt)),
-        }
-    }
-
     /// The curve with `y = (x', x'')` at the start, in the coordinates of the span.
     ///
     /// # Errors
@@ -218,8 +188,51 @@ impl BoundaryProblem {
     ) -> Result<PiecewiseTaylor> {
         let [a, second] = unpack(y, self.blocks());
         let state = State::new(&self.g, [&self.velocity, &a, &second]);
+        self.integrated_to(1.0, state, interrupt)
+    }
+
+    /// The curve of legs of equal durations, each integrated from its first knot, with `x'` and `x''` there, all in the
+    /// time of a leg; and the largest distance between the end of a leg and the start of the next one.
+    ///
+    /// # Errors
+    /// As [`BoundaryProblem::integrated`].
+    pub(crate) fn integrated_legs(
+        &self,
+        knots: &ChainKnots,
+        derivatives: &[f64],
+        interrupt: Interrupt<'_>,
+    ) -> Result<(PiecewiseTaylor, f64)> {
+        let (r, d) = (self.g.nrows(), self.blocks().dim());
+        let legs = derivatives.len() / (2 * d);
+        let rate = legs as f64;
+        let leg = |leg: usize| {
+            let frame = &knots.frames[leg * r * r..][..r * r];
+            let frame = &self.g * MatRef::from_row_major_slice(frame, r, r);
+            let velocity = &knots.velocities[leg * d..][..d];
+            let all = [velocity, &derivatives[2 * leg * d..][..2 * d]].concat();
+            let scaled = all.iter().enumerate();
+            let scaled = scaled.map(|(i, x)| x * rate.powi(1 + (i / d) as i32));
+            let [x, a, second] = unpack(&scaled.collect::<Vec<_>>(), self.blocks());
+            let mut state = State::new(&frame, [&x, &a, &second]);
+            state.time = leg as f64 / rate;
+            self.integrated_to((leg + 1) as f64 / rate, state, interrupt)
+        };
+        (1..legs).try_fold((leg(0)?, 0.0), |(curve, gap), next| {
+            let next = leg(next)?;
+            let between = curve.last.s().iter().zip(next.first.s());
+            let here = between.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+            Ok((curve.followed_by(next), larger(gap, here)))
+        })
+    }
+
+    fn integrated_to(
+        &self,
+        t: f64,
+        state: State,
+        interrupt: Interrupt<'_>,
+    ) -> Result<PiecewiseTaylor> {
         let mut taylor = PiecewiseTaylor::at(state.in_tension(self.target.tension), Accuracy::FULL);
-        taylor.extend_to(1.0, interrupt)?;
+        taylor.extend_to(t, interrupt)?;
         Ok(taylor)
     }
 }

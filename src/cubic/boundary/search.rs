@@ -4,19 +4,16 @@ use std::sync::Arc;
 
 use faer::MatRef;
 
-use super::continuation::{MAX_STEPS, Next};
 use super::guess::FlatData;
-use super::homotopy::Homotopy;
 use super::problem::BoundaryProblem;
 use super::random::Random;
-use super::shooting::SOLVER;
-use super::solver::Solver;
+use super::solver::{Reported, Solver};
 use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::manifold::only_bases::advised;
-use crate::report::{SolverReport, Strategy};
+use crate::report::Strategy;
 use crate::solve::gmres::norm;
 
 /// Work limit of a search, as a multiple of one solve.
@@ -119,19 +116,15 @@ impl RiemannianCubic {
             None => problem.flat_start(problem.flat()?.as_ref()),
         };
         let mut solver = Solver::new(&problem, &options.boundary);
-        solver.map.work().allow(SEARCH_WORK);
+        solver.work.allow(SEARCH_WORK);
         let mut found = DistinctSolutions::new(options.distinct);
         search(&problem, &mut solver, &start, options, &mut found)?;
         if found.solutions.is_empty() {
-            let report = solver.report(Strategy::Continuation);
-            return Err(Error::NoConvergence {
-                solver: SOLVER,
-                report,
-            });
+            return Err(solver.failure());
         }
         let mut ranked = Vec::new();
-        for (y, report) in found.solutions {
-            let taylor = problem.integrated(&y, options.boundary.interrupt)?;
+        for (_, (solution, report)) in found.solutions {
+            let taylor = solution.into_taylor(&problem, options.boundary.interrupt)?;
             let frame = problem.frame.clone();
             let curve = Self::of_taylor(
                 problem.n,
@@ -178,26 +171,32 @@ fn search(
     solver: &mut Solver<'_>,
     start: &[f64],
     options: &SearchOptions<'_>,
-    found: &mut DistinctSolutions<SolverReport>,
+    found: &mut DistinctSolutions<Reported>,
 ) -> Result<()> {
-    if let Some(solution) = solver.restarted(start, None)? {
-        found.add((solution.start, solver.report(Strategy::Direct)));
+    let mut add = |(solution, report): Reported| {
+        found.add((solution.start.clone(), (solution, report)));
+    };
+    if let Some(solution) = solver.restarted(start)? {
+        add((solution, solver.report(Strategy::Direct)));
     }
-    if let Some((solution, report)) = solver.by_descents()? {
-        found.add((solution.start, report));
+    if solver.has_few_steps() {
+        return Ok(());
+    }
+    if let Some(found) = solver.by_descents()? {
+        add(found);
     }
     let [once, twice] = match problem.flat()? {
         Some(flat) => [turned(problem, &flat, 1.0)?, turned(problem, &flat, 2.0)?],
         None => [Vec::new(), Vec::new()],
     };
     for flat in once.iter().chain(&twice) {
-        if let Some((solution, report)) = solver.by_descent_along(flat)? {
-            found.add((solution.start, report));
+        if let Some(found) = solver.by_descent_along(flat)? {
+            add(found);
         }
     }
     let (size, mut random) = (norm(start), Random::new(options.seed));
     for attempt in 0..options.starts as usize {
-        if solver.map.work().is_done() {
+        if solver.work.is_done() {
             break;
         }
         let from = match once.get(attempt) {
@@ -205,7 +204,9 @@ fn search(
             None => solver.scattered(start, attempt, &mut random),
         };
         if let Some(homotopy) = solver.family_from(&from)? {
-            follow(solver, &homotopy, &from, size, found)?;
+            for passed in solver.passed_by(&homotopy, &from, size)? {
+                add(passed);
+            }
         }
     }
     Ok(())
@@ -220,23 +221,4 @@ fn turned(problem: &BoundaryProblem, flat: &FlatData, turns: f64) -> Result<Vec<
     };
     all.extend(flat.turned(turns)?);
     Ok(all)
-}
-
-/// All solutions that a family passes.
-fn follow(
-    solver: &mut Solver<'_>,
-    homotopy: &Homotopy,
-    from: &[f64],
-    size: f64,
-    found: &mut DistinctSolutions<SolverReport>,
-) -> Result<()> {
-    let mut passed = Vec::new();
-    solver.follow(homotopy, from, size, MAX_STEPS, |y| {
-        passed.push(y.to_vec());
-        Next::Continue
-    })?;
-    for y in passed {
-        found.add((y, solver.report(Strategy::Continuation)));
-    }
-    Ok(())
 }

@@ -81,6 +81,15 @@ impl PiecewiseTaylor {
         }
     }
 
+    /// The curve followed by another one of the same sizes and accuracy, which starts where it ends.
+    pub(crate) fn followed_by(mut self, next: Self) -> Self {
+        self.pieces.extend(next.pieces);
+        self.points.extend(next.points);
+        self.vectors.extend(next.vectors);
+        self.last = next.last;
+        self
+    }
+
     /// The meaning of the points: frames or subspaces.
     pub(crate) fn quotient(&self) -> Quotient {
         self.blocks.quotient

@@ -9,7 +9,7 @@
 //! Nocedal, Wright (2006), "Numerical Optimization", 2nd ed., sec. 4.1, 10.3 (Levenberg-Marquardt steps).
 
 use super::chain_knots::ChainKnots;
-use super::descent_state::{DAMPING, FARTHEST, LOWER, MET, MOST, RAISE};
+use super::descent_state::{DAMPING, FARTHEST, LOWER, MOST, RAISE};
 use super::free_chain::FreeChain;
 use crate::error::Result;
 use crate::legs::{Options, Progress};
@@ -43,12 +43,20 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     ) -> Result<StopReason> {
         let mut damping = 0.0;
         self.evaluate();
+        if self.is_fine() {
+            // Flat legs are too far off for an accurate second derivative.
+            if !(options.may_go_on)(self.products_of_equations()) {
+                return Ok(StopReason::WorkLimit);
+            }
+            self.linearise();
+            self.meet_ends(self.met());
+        }
         loop {
             let (space, knots) = (self.space, &self.state.knots);
             if known.iter().any(|known| known.is_near(space, knots)) {
                 return Ok(StopReason::Stagnated);
             }
-            // In the first pass there are no linear equations yet, and the forces are those of the current legs.
+            // In the first pass there may be no linear equations yet, and the forces are those of the current legs.
             self.set_forces();
             if self.is_at_rest(progress, options) {
                 return Ok(StopReason::Converged);
@@ -57,7 +65,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
                 return Ok(reason);
             }
             self.linearise();
-            self.meet_ends(MET);
+            self.meet_ends(self.met());
             self.set_forces();
             if self.is_at_rest(progress, options) {
                 return Ok(StopReason::Converged);
@@ -102,10 +110,11 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
                 }
                 self.restore(&before);
             }
-            if *damping == 0.0
-                && let Some(decrease) = self.leap(&before, options)?
-            {
-                return Ok(Some(decrease));
+            if *damping == 0.0 {
+                let found = self.step_along_valley(&before, options)?;
+                if found.is_some() {
+                    return Ok(found);
+                }
             }
             *damping = (RAISE * *damping).max(DAMPING);
         }

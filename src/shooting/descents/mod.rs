@@ -8,6 +8,5 @@ mod descent_tests;
 pub(crate) mod free_chain;
 pub(crate) mod layout;
 pub(crate) mod second_derivative;
-pub(crate) mod start_response;
 pub(crate) mod stiffness;
 pub(crate) mod valley;

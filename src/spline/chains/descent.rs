@@ -181,7 +181,6 @@ fn descend(chain: &Framed<'_>, start: FreeKnots, effort: Effort<'_>) -> Result<L
         tension: chain.tension(),
         below: f64::INFINITY,
         known: &[],
-        with_response: false,
     };
     let knots = start.knots;
     in_space!(chain.shape(), |space| least_cost::<Lanes, _>(
