@@ -92,7 +92,12 @@ where
     let mut chain =
         FreeChain::<T, S>::new(space, knots, descent.layout, descent.tension, &mut room);
     match options.tolerance < FINE {
-        true => chain.refine(),
+        true => {
+            // Flat legs are too far off for an accurate second derivative.
+            (options.may_go_on)(chain.products_of_equations());
+            chain.meet_knots();
+            chain.refine();
+        }
         false => chain.set_tolerance(options.tolerance),
     }
     let mut progress = Progress::new(options.tolerance);

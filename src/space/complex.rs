@@ -1,5 +1,5 @@
-//! Complex frames and subspaces, as embedded real matrices: the blocks of [`Frames`](super::Frames) and
-//! [`Subspaces`](super::Subspaces) for the unitary group.
+//! Complex frames and subspaces, as embedded real matrices: the blocks of [`RealSpace`](super::RealSpace) for the unitary
+//! group.
 //!
 //! ```math
 //! S \mapsto \begin{pmatrix} \operatorname{Re} S & -\operatorname{Im} S \\ \operatorname{Im} S & \operatorname{Re} S \end{pmatrix}

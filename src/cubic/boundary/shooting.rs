@@ -81,7 +81,6 @@ impl<'a> SingleShooting<'a> {
                 break StopReason::WorkLimit;
             }
             iterations += 1;
-            // Between opposite points with slow ends, Jacobians are nearly singular.
             let (jacobian, _) = self.derivative(y, Accuracy::FULL)?;
             let Some(step) = solve_square(jacobian.as_ref(), &found.equations) else {
                 break StopReason::SingularJacobian;

@@ -43,14 +43,6 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     ) -> Result<StopReason> {
         let mut damping = 0.0;
         self.evaluate();
-        if self.is_fine() {
-            // Flat legs are too far off for an accurate second derivative.
-            if !(options.may_go_on)(self.products_of_equations()) {
-                return Ok(StopReason::WorkLimit);
-            }
-            self.linearise();
-            self.meet_ends(self.met());
-        }
         loop {
             let (space, knots) = (self.space, &self.state.knots);
             if known.iter().any(|known| known.is_near(space, knots)) {

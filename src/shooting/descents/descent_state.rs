@@ -139,6 +139,13 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         });
     }
 
+    /// Solves the equations of the legs for the given knots.
+    pub(crate) fn meet_knots(&mut self) {
+        self.evaluate();
+        self.linearise();
+        self.meet_ends(MET);
+    }
+
     /// Corrects the legs until they meet the knots.
     pub(crate) fn meet_ends(&mut self, defect: f64) {
         for _ in 0..CORRECTIONS {
