@@ -95,7 +95,7 @@ pub enum Strategy {
     /// Newton's method from the curve of flat space, from a guess, or, among several solutions of subspaces, from random
     /// data.
     Direct,
-    /// A descent to a curve of least cost, and Newton's method from its end.
+    /// A descent to a curve of least cost, which goes on to the tolerance or is followed by Newton's method.
     Descent,
     /// Continuation from a curve with other end data: a cubic of flat space with an extra full turn, or one with random
     /// initial data.

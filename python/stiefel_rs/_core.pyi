@@ -2126,11 +2126,10 @@ class RiemannianCubic(Curve):
         Of subspaces, several solutions are compared only if they are more than 1.4 apart. Nearer ones with speeds
         above 1 may have cheaper ones, which ``all_found=True`` lists.
 
-        Antipodal points, or nearly antipodal ones, with end speeds below 1e-5 may be refused, because the solutions
-        nearly form a continuous family (observed on St(3,1), St(4,1) and for most data on St(6,3), not on St(3,2); on
-        St(4,2) and St(5,2) where one column is reversed).
+        Between opposite points with slow ends, solutions nearly form a continuous family: some are refused with end
+        speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on spheres.
 
-        The search stops at a work limit of about two seconds, for large complex frames of up to ten (shape (200, 6)).
+        The search stops at a work limit of about two seconds, or three for the last steps, for large complex frames of up to ten (shape (200, 6)).
         Ctrl-C stops it at once.
         """
     @overload
@@ -2221,11 +2220,10 @@ class RiemannianCubic(Curve):
         Of subspaces, several solutions are compared only if they are more than 1.4 apart. Nearer ones with speeds
         above 1 may have cheaper ones, which ``all_found=True`` lists.
 
-        Antipodal points, or nearly antipodal ones, with end speeds below 1e-5 may be refused, because the solutions
-        nearly form a continuous family (observed on St(3,1), St(4,1) and for most data on St(6,3), not on St(3,2); on
-        St(4,2) and St(5,2) where one column is reversed).
+        Between opposite points with slow ends, solutions nearly form a continuous family: some are refused with end
+        speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on spheres.
 
-        The search stops at a work limit of about two seconds, for large complex frames of up to ten (shape (200, 6)).
+        The search stops at a work limit of about two seconds, or three for the last steps, for large complex frames of up to ten (shape (200, 6)).
         Ctrl-C stops it at once.
         """
     @property

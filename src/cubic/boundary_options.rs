@@ -1,4 +1,4 @@
-//! Options and reports of boundary value problems of Riemannian cubics.
+//! Options of boundary value problems of Riemannian cubics.
 
 use faer::MatRef;
 

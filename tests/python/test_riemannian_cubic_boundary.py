@@ -402,7 +402,7 @@ def test_derivatives_agree_with_differences(shape):
 
 
 def test_hard_problems_that_no_quick_start_solves():
-    """Two problems of `make boundary` on St(10, 3), from both ends, on which continuation and single shooting fail."""
+    """Two problems of `make boundary` on St(10, 3), from both ends, which take many steps."""
     M, family = Stiefel(10, 3), random_problems.FAMILIES[1]
     rng = np.random.default_rng([20240419, M.n, M.k, int(family.speed)])
     drawn = [random_problems.problem(M, family, rng) for _ in range(178)]

@@ -39,7 +39,11 @@ impl Solver<'_> {
         {
             return Ok(Some(found));
         }
-        self.at_nodes(&problem.flat_start(flat), BoundaryStart::Flat)
+        let kind = match flat {
+            Some(_) => BoundaryStart::Flat,
+            None => BoundaryStart::Curve,
+        };
+        self.at_nodes(&problem.flat_start(flat), kind)
     }
 
     /// The solution that Newton's method at Gauss nodes finds from `(x', x'')` at the start, compared with the given end;

@@ -97,12 +97,11 @@ impl<'a, 'i> Tracer<'a, 'i> {
                 step *= 0.4;
                 continue;
             };
-            if let Some(y) = self.crossing(&from, &to) {
-                self.map.target = self.homotopy.target(1.0)?;
-                if !arrive(self.map, &y)? {
-                    step *= 0.4;
-                    continue;
-                }
+            if let Some(y) = self.crossing(&from, &to)
+                && !arrive(self.map, &y)?
+            {
+                step *= 0.4;
+                continue;
             }
             from = to;
             let (lambda, y) = from.place.split_last().expect("there is lambda");

@@ -27,7 +27,7 @@ pub(crate) const LEGS: usize = 8;
 /// right angle. With 2.0, a descent from a rolling curve with speeds of 8 to 16 can get lost, and a descent from the
 /// flat one can end at up to 400 times the cost.
 const MOST_LEGS: usize = 1024;
-pub(crate) const LONGEST_LEG: f64 = 1.5;
+const LONGEST_LEG: f64 = 1.5;
 
 /// Largest derivative of `3 t^2 - 2 t^3`, the fraction of its rotation that a rolling curve has completed.
 const TURN_RATE: f64 = 1.5;
@@ -47,7 +47,7 @@ impl DescentStart {
     /// An error if the numbers are too large.
     pub(crate) fn along_flat(kind: Kind, ends: RelativeEnds<'_>, flat: &FlatData) -> Result<Self> {
         let (start, v0) = (&ends.initial()[0], ends.velocity);
-        let count = legs(flat.largest_speed(v0), LONGEST_LEG, LEGS)?;
+        let count = legs(flat.largest_speed(v0), LEGS)?;
         let at = |i: usize| {
             let [c, velocity] = flat.at(i as f64 / count as f64, v0);
             let curve = QuasiGeodesic::from_velocity(start.as_ref(), c.tangent().as_ref())?;
@@ -67,7 +67,7 @@ impl DescentStart {
         let [s0, v0] = problem.initial();
         let curve = GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1, v1)?;
         let speed = curve.derivative(0.5, 1)?.norm_l2();
-        let count = legs(speed.max(problem.speed()), LONGEST_LEG, LEGS)?;
+        let count = legs(speed.max(problem.speed()), LEGS)?;
         let at = |i: usize| {
             let t = i as f64 / count as f64;
             Ok([curve.point(t)?, curve.derivative(t, 1)?])
@@ -79,17 +79,11 @@ impl DescentStart {
     /// Along a rolling curve: its velocity changes linearly from the initial to the end velocity, and the space rotates
     /// so that the curve ends at the given point. It consists of the first columns of `e^{s(t) Omega} g(t)`, where `g'
     /// = g ((1 - t) x_0 + t x_1)`, `s = 3 t^2 - 2 t^3` and `e^Omega g(1)` is the frame at the end point. That frame is
-    /// carried along a quasi-geodesic if it is unique, else any frame is used. Legs are no longer than `longest`, and
-    /// their number is a multiple of `multiple`.
+    /// carried along a quasi-geodesic if it is unique, else any frame is used. The number of legs is a multiple of `multiple`.
     ///
     /// # Errors
     /// An error if the numbers are too large.
-    pub(crate) fn rolling(
-        kind: Kind,
-        ends: RelativeEnds<'_>,
-        longest: f64,
-        multiple: usize,
-    ) -> Result<Self> {
+    pub(crate) fn rolling(kind: Kind, ends: RelativeEnds<'_>, multiple: usize) -> Result<Self> {
         let [s1, v1] = ends.end.each_ref().map(|x| x.as_ref());
         let (r, k) = s1.shape();
         let along = frame_along(&ends.initial()[0], s1);
@@ -121,9 +115,9 @@ impl DescentStart {
         let matrices = [first.matrix(), last.matrix()];
         let [initial, end] = matrices.each_ref().map(|x| spectral_norm(x.as_ref()));
         let speed = initial?.max(end?);
-        let (_, turn) = roll(legs(speed, longest, multiple)?)?;
+        let (_, turn) = roll(legs(speed, multiple)?)?;
         let speed = speed + TURN_RATE * spectral_norm(turn.as_ref())?;
-        let count = legs(speed, longest, multiple)?;
+        let count = legs(speed, multiple)?;
         let (frames, turn) = roll(count)?;
         let step = 1.0 / count as f64;
         let at = |i: usize| {
@@ -199,12 +193,12 @@ fn frame_along(s0: &Mat<f64>, s1: MatRef<'_, f64>) -> Result<Mat<f64>> {
     Ok(turned(&curve, turn.as_ref(), 1.0))
 }
 
-/// Number of legs no longer than `longest` for a curve of the given speed, rounded up to a multiple.
+/// Number of legs for a curve of the given speed, rounded up to a multiple.
 ///
 /// # Errors
 /// `Overflow` of the speed if there would be too many legs; this start is then not available.
-fn legs(speed: f64, longest: f64, multiple: usize) -> Result<usize> {
-    let groups = (speed / (longest * multiple as f64)).ceil();
+fn legs(speed: f64, multiple: usize) -> Result<usize> {
+    let groups = (speed / (LONGEST_LEG * multiple as f64)).ceil();
     match groups <= (MOST_LEGS / multiple) as f64 {
         true => Ok(multiple * (groups as usize).max(1)),
         false => Err(Error::Overflow { quantity: "speed" }),

@@ -14,8 +14,8 @@ use crate::shooting::{EndData, lone_leg};
 pub(crate) const STEPS: usize = 11;
 
 impl Solver<'_> {
-    /// The solution found with one series from the cubic of flat space, at Gauss nodes from there if one series is not
-    /// accurate enough; `None` if there is none.
+    /// The solution found with one series from the cubic of flat space, or by Newton's method at Gauss nodes from there, if
+    /// one series is not accurate enough; `None` if there is none.
     ///
     /// # Errors
     /// `Interrupted`.

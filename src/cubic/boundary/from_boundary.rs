@@ -30,9 +30,9 @@ impl RiemannianCubic {
     /// the nearest exact ones.
     ///
     /// # Accuracy
-    /// The end conditions are satisfied to the tolerance. Opposite or nearly opposite points with end speeds below 1e-5
-    /// may be refused, because their solutions nearly form a continuous family (seen on St(3,1), St(4,1) and, most
-    /// often, St(6,3), not on St(3,2); on St(4,2) and St(5,2) where one column is reversed). For distance and speeds up to
+    /// The end conditions are satisfied to the tolerance. Between opposite points with slow ends solutions nearly form a
+    /// continuous family: some are refused with end speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on
+    /// spheres. For distance and speeds up to
     /// 2 the first start is enough; for distance up to 3 and speeds up to 6 more than 99 in 100 random problems are
     /// solved. Both are asserted in `tests/boundary/`.
     ///

@@ -2,12 +2,12 @@
 //!
 //! Nearby data have one cheap solution, and Newton's method from the cubic of flat space finds it. For larger distances
 //! the cost has several minima: descents start from a curve that rolls from one velocity to the other and from the
-//! cubic of flat space. Newton's method at Gauss nodes takes the cheapest result to the tolerance, or on the chain of the
-//! descent, if the curve is too fast for nodes.
+//! cubic of flat space. Newton's method at Gauss nodes takes the cheapest result to the tolerance; where it fails, the
+//! descent goes on to the tolerance itself.
 
 use std::cell::Cell;
 
-use super::descent_start::{DescentStart, LEGS, LONGEST_LEG};
+use super::descent_start::{DescentStart, LEGS};
 use super::guess::FlatData;
 use super::solution::SolvedStart;
 use super::solver::{Reported, Solver};
@@ -38,19 +38,20 @@ const FINER: f64 = 1e-13;
 const MAX_STEPS: usize = 300;
 const LATER_STEPS: usize = 30;
 
-/// A descent begins only if at least this many steps fit into the remaining work; one to the second tolerance, which starts
-/// near the end, if the work of this many steps remains, that of three of its own.
+/// A descent begins only if at least this many steps fit into the remaining work. To the second tolerance a few steps are
+/// enough, each of which takes the work of three.
 const FEWEST_STEPS: f64 = 20.0;
 const FEWEST_FINE_STEPS: f64 = 9.0;
 
 /// The work limit is raised by this for the way to the tolerance, whatever was done before, up to this larger end speed.
-/// With 2, of 60 problems on St(16,4) with speeds of 6 and of 10 on St(10,3) with speeds of 30, two each are not solved; of
-/// 40 with speeds of 1000, up to 4 would be, and refusals take twice as long.
+/// With 2 instead of 3, two more of 60 problems on St(16,4) with speeds of 6 are not solved, and two of 10 on St(10,3) with
+/// speeds of 30. For faster curves it would solve up to 4 of 20 problems with speeds of 1000, and refusals would take up to a
+/// second.
 const FINISH: f64 = 3.0;
 const VERY_FAST: f64 = 200.0;
 
-/// The same for descents that begin only because Newton's method has failed, in spaces where they usually exceed the limit:
-/// in dimensions up to 68 they may begin then. Without it, one more of 40 hard problems on St(15,5) is not solved.
+/// The work limit is raised by this for descents that would exceed it, after Newton's method has failed: in dimensions up to
+/// 68 they may begin then. Without it, one more of 40 hard problems on St(15,5) is not solved.
 const UNUSUAL: f64 = 2.0;
 
 /// Only solutions that are cheaper by at least one percent are looked for.
@@ -168,9 +169,11 @@ impl Solver<'_> {
     /// # Errors
     /// `DifferentComponents`, `Interrupted`.
     pub(crate) fn by_descents(&mut self) -> Result<Option<Reported>> {
-        if !self.may_descend(LEGS, &Limits::ALONE) {
-            self.work.allow(UNUSUAL);
-        }
+        let more = match self.may_descend(LEGS, &Limits::ALONE) {
+            true => 1.0,
+            false => UNUSUAL,
+        };
+        self.work.allow(more);
         let reserve = (1.0 - SHARE) * self.work.left();
         // Whether the data determine the rolling curve.
         let (mut is_unique, mut ends) = (false, Vec::new());
@@ -203,7 +206,9 @@ impl Solver<'_> {
             }
             ends.extend(end);
         }
-        self.polished(ends)
+        let found = self.polished(ends)?;
+        self.work.allow(more.recip());
+        Ok(found)
     }
 
     /// The solution from a descent along the given cubic of flat space.
@@ -224,7 +229,7 @@ impl Solver<'_> {
         let problem = self.problem;
         let ends = problem.relative_ends();
         let curve = match start {
-            StartCurve::Rolling => DescentStart::rolling(problem.kind(), ends, LONGEST_LEG, LEGS),
+            StartCurve::Rolling => DescentStart::rolling(problem.kind(), ends, LEGS),
             StartCurve::Flat => match problem.flat()? {
                 Some(flat) => DescentStart::along_flat(self.problem.kind(), ends, &flat),
                 None => return Ok(None),

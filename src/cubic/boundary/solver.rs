@@ -102,9 +102,11 @@ impl<'a> Solver<'a> {
         self.options.max_iterations <= FEW_STEPS
     }
 
-    /// Records why nothing more is tried.
+    /// Records why nothing more is tried, if nothing else is known.
     pub(crate) fn refuse(&mut self, reason: StopReason) {
-        self.nearest.1 = reason;
+        if self.nearest.0.is_infinite() {
+            self.nearest.1 = reason;
+        }
     }
 
     /// Records how far the end of the curve of a start is from the given one, if nothing else is known.
@@ -148,7 +150,7 @@ impl<'a> Solver<'a> {
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(crate) fn by_shooting(&mut self, start: &[f64]) -> Result<Option<SolvedStart>> {
+    fn by_shooting(&mut self, start: &[f64]) -> Result<Option<SolvedStart>> {
         let (tolerance, most) = (self.tolerance, self.options.max_iterations);
         let mut y = start.to_vec();
         let solved = self.shooting().solve(&mut y, tolerance, most);

@@ -26,6 +26,9 @@ const LEAST: f64 = 0.003;
 /// The damping decreases if a step achieves at least this fraction of the decrease predicted by the second derivative.
 const WELL: f64 = 0.5;
 
+/// Steps up to this length do not leave the floor of a valley: the gradient changes by its square.
+const SHORTEST: f64 = 1e-9;
+
 /// After a step without damping, at most this many times its decrease can remain.
 const LEFT: f64 = 4.0;
 
@@ -51,6 +54,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
             // In the first pass there may be no linear equations yet, and the forces are those of the current legs.
             self.set_forces();
             if self.is_at_rest(progress, options) {
+                self.step_to_round_off();
                 return Ok(StopReason::Converged);
             }
             if let Some(reason) = progress.step(self.products_of_equations(), options)? {
@@ -60,11 +64,30 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
             self.meet_ends(self.met());
             self.set_forces();
             if self.is_at_rest(progress, options) {
+                self.step_to_round_off();
                 return Ok(StopReason::Converged);
             }
             match self.step_down(&mut damping, options)? {
                 Some(decrease) if !self.ends_above(below, damping, decrease) => (),
                 _ => return Ok(StopReason::Stagnated),
+            }
+        }
+    }
+
+    /// With the more accurate second derivative, takes a last short step if the gradient is smaller then. Without it, curves
+    /// with speeds of 30, integrated from their start, miss the end by up to 4e-11.
+    fn step_to_round_off(&mut self) {
+        let before = self.descent_state();
+        let step = match self.is_fine() {
+            true => before.step(0.0, SHORTEST),
+            false => None,
+        };
+        if let Some(step) = step {
+            let rest = self.rest();
+            self.try_step(&step);
+            self.set_forces();
+            if self.rest().is_nan() || self.rest() > rest {
+                self.restore(&before);
             }
         }
     }

@@ -59,7 +59,7 @@ fn buffers<T: Field>(space: impl Homogeneous, terms: usize) -> Buffers<FreeChain
 }
 
 /// Cost of the more accurate second derivative, as a multiple of the usual one. Without it, three of ten problems
-/// between opposite points on St(3,1) with speeds of 1e-4 are not solved, and none with 1e-6.
+/// between opposite points on St(3,1) with speeds of 1e-4 are not solved, and none of those with 1e-6 is.
 const FINE_WORK: f64 = 3.0;
 
 /// Number of products of a step for one leg, as multiples of the square and the cube of the dimension; calibrated by

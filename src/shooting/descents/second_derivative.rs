@@ -90,12 +90,12 @@ fn add_leg(
 }
 
 /// The isometry between the frame carried along a leg and the frame of its last knot.
-pub(crate) fn isometry<T: Field>(group: &FreeLegGroup<'_, T>, lane: usize) -> Vec<f64> {
+fn isometry<T: Field>(group: &FreeLegGroup<'_, T>, lane: usize) -> Vec<f64> {
     group.leg.holonomy.iter().map(|x| x.lane(lane)).collect()
 }
 
 /// `Ad_q` in coordinates, in row-major order.
-pub(crate) fn turn(space: impl Homogeneous, q: &[f64]) -> Vec<Vec<f64>> {
+fn turn(space: impl Homogeneous, q: &[f64]) -> Vec<Vec<f64>> {
     let d = space.dim();
     let mut rows = vec![vec![0.0; d]; d];
     for (row, out) in rows.iter_mut().enumerate() {

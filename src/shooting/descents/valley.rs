@@ -10,7 +10,7 @@
 //! highest of the floor. Elsewhere a leap leads down.
 //!
 //! Second derivatives along a valley are differences of large numbers, so they are computed more accurately from the
-//! first leap on. Beside the floor they belong to the side of the valley.
+//! first leap on. They are small only on its floor: even a step that lands near it is followed by damped ones.
 //!
 //! # Source
 //! Chamberlain, Powell, Lemarechal, Pedersen (1982), Mathematical Programming Studies 16, 1-17 (the watchdog technique).
@@ -42,8 +42,8 @@ const RETURNS: usize = 8;
 const FLOOR: f64 = 0.25;
 
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
-    /// Takes a step along the valley of a state, with its predicted change of the cost; `None`, with the chain unchanged, if
-    /// none succeeds.
+    /// Takes a step along the valley of a state, and returns its predicted change of the cost; `None`, with the chain
+    /// unchanged, if none succeeds.
     ///
     /// # Errors
     /// `Interrupted`.

@@ -7,7 +7,7 @@ use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::motion::Motion;
 use super::solution::Effort;
-use crate::cubic::boundary::descent_start::{DescentStart, LONGEST_LEG};
+use crate::cubic::boundary::descent_start::DescentStart;
 use crate::cubic::boundary::guess::FlatData;
 use crate::cubic::boundary::relative_ends::RelativeEnds;
 use crate::cubic::taylor::initial::Horizontal;
@@ -280,7 +280,7 @@ fn rolling(chain: &Framed<'_>, leg: usize, motion: &Motion, fewest: usize) -> Re
         velocity: &velocity,
         end: &end,
     };
-    DescentStart::rolling(chain.blocks().kind(), ends, LONGEST_LEG, fewest)
+    DescentStart::rolling(chain.blocks().kind(), ends, fewest)
 }
 
 /// The velocity at the start of a leg, and point and velocity at its end, in the time of the leg and the frame at its
