@@ -181,8 +181,8 @@ impl PyRiemannianCubic {
     /// Cubics with given ends are stationary, not unique. If displacement and speeds are at most 2, Newton's method
     /// starts from the cubic in flat space; from a guess it starts at any distance. If it fails, and for other data,
     /// chains of cubics descend to local minima of the cost: from a curve that rolls evenly from one velocity to the
-    /// other; for end speeds up to 16 also from the cubic in flat space; and from the de Casteljau curve if more than one
-    /// quasi-geodesic joins the points. The solution of least cost is returned. If the descents would exceed the work
+    /// other; for end speeds up to 16 also from the cubic in flat space; and from the de Casteljau curve if several
+    /// quasi-geodesics join the points. The solution of least cost is returned. If the descents would exceed the work
     /// limit (dimension 57 or more, as for St(15,5), SO(12) and complex St(10,4)), the solution from the cubic in flat
     /// space is preferred, which need not have the least cost. ``report.strategy`` says how the solution was found, and
     /// :meth:`Curve.cost` compares solutions.
@@ -193,7 +193,7 @@ impl PyRiemannianCubic {
     /// Between opposite points with slow ends, solutions nearly form a continuous family: some are refused with end
     /// speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on spheres.
     ///
-    /// The search stops at a work limit of about two seconds, or three for the last steps, for large complex frames of up to ten (shape (200, 6)).
+    /// The search stops at a work limit of about two seconds, for large complex frames of up to ten (shape (200, 6)).
     /// Ctrl-C stops it at once.
     #[staticmethod]
     #[pyo3(signature = (

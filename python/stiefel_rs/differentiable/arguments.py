@@ -29,8 +29,8 @@ Shape = tuple[int, ...]
 # Larger defects are not due to single precision or to a step of an optimiser, but to wrong input.
 LARGEST_DEFECT = 1e-3
 
-# Columns with a defect of at most this, times their length, are orthonormal and are not projected: otherwise value and
-# gradient of a boundary problem on St(3, 1) would take 1.2 times as long.
+# Columns with a defect of at most this, times their length, are orthonormal and are not projected, nor are vectors that
+# are tangent to that: otherwise value and gradient of a boundary problem on St(3, 1) would take 1.2 times as long.
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
 
 # Up to this norm of S^H S - I the polar factor is summed as a series; errors are 3e-19, and 2e-12 in its derivative.
@@ -43,8 +43,9 @@ class Argument(ABC):
     """A kind of argument; `exact` are the projected arguments before it, and `moved` their variations."""
 
     name: str
-    # Whether the numbers may be complex.
+    # Whether the numbers may be complex, and whether a projection may change them.
     may_be_complex: ClassVar[bool] = True
+    is_projected: ClassVar[bool] = True
 
     @property
     def depends_on(self) -> int | None:
@@ -73,6 +74,7 @@ class Plain(Argument):
     """Real numbers without constraints; vectors with `columns` entries if this is given."""
 
     may_be_complex: ClassVar[bool] = False
+    is_projected: ClassVar[bool] = False
     columns: int | None = None
 
     def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
@@ -238,6 +240,8 @@ class Tangent(Argument):
         """Project the argument."""
         frame = exact[self.at]
         defect = symmetric_part(transposed(frame) @ raw)
+        if np.abs(defect).max(initial=0.0) <= ROUND_OFF * raw.shape[-2] * np.abs(raw).max(initial=0.0):
+            return raw
         _check(self.name, defect, raw, "not tangent: |S^H V + V^H S| / 2")
         projected: Array = raw - frame @ defect
         return projected

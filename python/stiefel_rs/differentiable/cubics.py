@@ -47,6 +47,7 @@ RIEMANNIAN_CUBIC: Final = Operation(
     value=_boundary_value,
     variation=_boundary_variation,
     pullback=_boundary_pullback,
+    has_tangent_gradients=True,
 )
 
 
@@ -103,6 +104,7 @@ CUBIC_INITIAL: Final = Operation(
     value=_initial_value,
     variation=_initial_variation,
     pullback=_initial_pullback,
+    has_tangent_gradients=True,
 )
 
 

@@ -41,6 +41,8 @@ class Operation:
         of arguments that depend on others.
     is_batched : bool
         Whether these functions take all members at once.
+    has_tangent_gradients : bool
+        Whether gradients are tangent vectors: projections that change nothing leave them as they are.
     on_pairs : bool
         Whether raw arrays hold real and imaginary parts of complex matrices on a last axis of length 2, so that
         gradients are gradients with respect to real numbers.
@@ -54,6 +56,7 @@ class Operation:
     variation: Callable[[Sequence[Array], Sequence[Array]], Array]
     pullback: Callable[[Sequence[Array], Array], Sequence[Gradient]]
     is_batched: bool = False
+    has_tangent_gradients: bool = False
     on_pairs: bool = False
 
     @property
@@ -116,14 +119,21 @@ class Operation:
     def _pullback(self, member: Sequence[Array], cotangent: Array, wanted: Sequence[bool] | None) -> list[Array]:
         exact = self._exact(member)
         pulled = self.gradients(exact, cotangent, wanted)
+        if not (self.has_tangent_gradients and self._projected(member)[1]):
+            self._pull_back_projections(member, exact, pulled, wanted)
+        if wanted is None:
+            return pulled
+        return [x if is_wanted else np.zeros_like(x) for x, is_wanted in zip(pulled, wanted, strict=True)]
+
+    def _pull_back_projections(
+        self, member: Sequence[Array], exact: tuple[Array, ...], pulled: list[Array], wanted: Sequence[bool] | None
+    ) -> None:
+        """Replace gradients with respect to projected arguments by those with respect to the arguments."""
         for i, argument in reversed(list(enumerate(self.arguments))):
             # Vectors at a frame add to its gradient, because their projections depend on it.
             needed = (i, argument.depends_on)
             if wanted is None or any(wanted[j] for j in needed if j is not None):
                 pulled[i] = argument.pullback(member[i], exact, pulled[i], pulled)
-        if wanted is None:
-            return pulled
-        return [x if is_wanted else np.zeros_like(x) for x, is_wanted in zip(pulled, wanted, strict=True)]
 
     def gradients(self, data: Sequence[Array], cotangent: Array, wanted: Sequence[bool] | None = None) -> list[Array]:
         """Apply the pullback of one member; gradients that are not wanted are zero if they need additional work."""
@@ -167,7 +177,7 @@ class Operation:
             raise
 
     def _exact(self, member: Sequence[Array]) -> tuple[Array, ...]:
-        return self._project_all(member) if self.is_batched else self._projected(member)
+        return self._project_all(member) if self.is_batched else self._projected(member)[0]
 
     def _project_all(self, data: Sequence[Array]) -> tuple[Array, ...]:
         """Project the arguments of all members at once; if that is refused, one by one to find the member."""
@@ -181,17 +191,21 @@ class Operation:
         raise refused
 
     @cached_property
-    def _projected(self) -> Solved[tuple[Array, ...]]:
+    def _projected(self) -> Solved[tuple[tuple[Array, ...], bool]]:
+        """Project the arguments of a member, and tell whether they were exact."""
         # Gradients need the arguments of their values again. Projected again, value and gradient of a boundary problem
         # on St(3, 1) take 1.65 instead of 1.25 times as long as the value.
         return Solved(self._lent, lambda *member: ENTRY + sum(x.size for x in member))
 
-    def _lent(self, *member: Array) -> tuple[Array, ...]:
+    def _lent(self, *member: Array) -> tuple[tuple[Array, ...], bool]:
         """Project arguments that may be views of memory that is only lent: to copies, which many calls share."""
-        exact = tuple(map(np.array, self._project(*member)))
+        projected = self._project(*member)
+        triples = zip(self.arguments, member, projected, strict=True)
+        is_exact = all(x is y for argument, x, y in triples if argument.is_projected)
+        exact = tuple(map(np.array, projected))
         for array in exact:
             array.flags.writeable = False
-        return exact
+        return exact, is_exact
 
     def _project(self, *member: Array) -> tuple[Array, ...]:
         exact: tuple[Array, ...] = ()

@@ -91,6 +91,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
         value=value,
         variation=variation,
         pullback=pullback,
+        has_tangent_gradients=True,
     )
 
 
