@@ -26,7 +26,7 @@ pub enum StopReason {
     Converged,
     /// The iteration limit was reached first.
     MaxIterations,
-    /// No step along the Newton direction reduces the residual any more.
+    /// No step reduces the residual any more, or no start leads to a solution.
     Stagnated,
     /// The corrections grow instead of shrinking.
     Diverged,

@@ -23,8 +23,7 @@ pub(crate) const SHOOTING_STEPS: usize = 4_000;
 
 /// Taylor steps allowed for a curve with zero end speeds, and additional steps per unit of speed: a few times as many
 /// as observed solutions take (11 from rest to rest at distance 2.7). Trials that go astray are stopped here: with a
-/// fixed limit of 4000, one in forty problems from rest to rest on St(10,3) and St(5,2) would spend all its work on the
-/// first start.
+/// fixed limit of 4000, one in forty problems from rest to rest on St(10,3) and St(5,2) spent all its work on one start.
 const STEPS: f64 = 60.0;
 const STEPS_PER_SPEED: f64 = 8.0;
 
