@@ -8,7 +8,7 @@
 //!
 //! with the horizontal part `hor(Y) = (skew(Y_1), Y_2)`, where `Y_1` and `Y_2` are the upper and the lower block.
 
-use crate::cubic::taylor::blocks::BlockSizes;
+use crate::cubic::taylor::blocks::{BlockSizes, Sizes};
 use crate::cubic::taylor::march::{TaylorMarch, allowed_steps};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -37,8 +37,8 @@ pub(crate) struct EndResidual<T> {
 }
 
 /// Integrates from `y = (x', x'')` and compares the end with the target.
-pub(crate) fn evaluate<T: Number, B: BlockSizes>(
-    march: &mut TaylorMarch<T, B>,
+pub(crate) fn evaluate<T: Number>(
+    march: &mut TaylorMarch<T, Sizes>,
     target: &Target,
     y: &[T],
     interrupt: Interrupt<'_>,

@@ -12,7 +12,7 @@ use super::guess::FlatData;
 use super::solution::SolvedStart;
 use super::solver::{Reported, Solver};
 use crate::collocation::BoundaryStart;
-use crate::cubic::taylor::work::{of_products, work_of_curve};
+use crate::cubic::taylor::work::{of_products, work_of_step};
 use crate::error::{Result, unless_interrupted};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
@@ -284,7 +284,8 @@ impl Solver<'_> {
         let Some((taylor, gap)) = unless_interrupted(legs)? else {
             return Ok(None);
         };
-        self.work.count(work_of_curve(problem.blocks()));
+        let steps = taylor.len() as f64;
+        self.work.count(steps * work_of_step(problem.blocks()));
         Ok(match gap <= self.tolerance() {
             true => self.accepted(&end.start(), taylor),
             false => None,

@@ -77,12 +77,11 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     /// With the more accurate second derivative, takes a last short step if the gradient is smaller then. Without it, curves
     /// with speeds of 30, integrated from their start, miss the end by up to 4e-11.
     fn step_to_round_off(&mut self) {
+        if !self.is_fine() {
+            return;
+        }
         let before = self.descent_state();
-        let step = match self.is_fine() {
-            true => before.step(0.0, SHORTEST),
-            false => None,
-        };
-        if let Some(step) = step {
+        if let Some(step) = before.step(0.0, SHORTEST) {
             let rest = self.rest();
             self.try_step(&step);
             self.set_forces();
