@@ -44,10 +44,10 @@ const FEWEST_STEPS: f64 = 20.0;
 const FEWEST_FINE_STEPS: f64 = 9.0;
 
 /// The work limit is raised by this for the way to the tolerance, whatever was done before, up to this larger end speed.
-/// With 2 instead of 3, two more of 60 problems on St(16,4) with speeds of 6 are not solved, and two of 10 on St(10,3) with
-/// speeds of 30. For faster curves it would solve up to 4 of 20 problems with speeds of 1000, and refusals would take up to a
-/// second.
-const FINISH: f64 = 3.0;
+/// With 3, three of 1000 hard problems on St(16,4) are not solved; with 2, two of 10 on St(10,3) with speeds of 30. With 4,
+/// refusals take up to 2.2 s, on St(4,2) with speeds of 100. For faster curves it would solve up to 4 of 20 problems with
+/// speeds of 1000, and their refusals would take more than a second.
+const FINISH: f64 = 4.0;
 const VERY_FAST: f64 = 200.0;
 
 /// The work limit is raised by this for descents that would exceed it, after Newton's method has failed: in dimensions up to
