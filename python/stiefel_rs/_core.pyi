@@ -2129,8 +2129,7 @@ class RiemannianCubic(Curve):
         Between opposite points with slow ends, solutions nearly form a continuous family: some are refused with end
         speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on spheres.
 
-        The search stops at a work limit of about two seconds, for large complex frames of up to ten (shape (200, 6)).
-        Ctrl-C stops it at once.
+        The search stops at a work limit of about two seconds. Ctrl-C stops it at once.
         """
     @overload
     @staticmethod
@@ -2223,8 +2222,7 @@ class RiemannianCubic(Curve):
         Between opposite points with slow ends, solutions nearly form a continuous family: some are refused with end
         speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on spheres.
 
-        The search stops at a work limit of about two seconds, for large complex frames of up to ten (shape (200, 6)).
-        Ctrl-C stops it at once.
+        The search stops at a work limit of about two seconds. Ctrl-C stops it at once.
         """
     @property
     def report(self) -> SolverReport | None:

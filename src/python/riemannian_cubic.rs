@@ -193,8 +193,7 @@ impl PyRiemannianCubic {
     /// Between opposite points with slow ends, solutions nearly form a continuous family: some are refused with end
     /// speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on spheres.
     ///
-    /// The search stops at a work limit of about two seconds, for large complex frames of up to ten (shape (200, 6)).
-    /// Ctrl-C stops it at once.
+    /// The search stops at a work limit of about two seconds. Ctrl-C stops it at once.
     #[staticmethod]
     #[pyo3(signature = (
         S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, tension=0.0, all_found=false, manifold=None,
