@@ -141,8 +141,13 @@ fn count_masked(object: &Any) -> PyResult<(usize, usize)> {
 /// Whether an object is an array of such numbers that can be read as a slice: strides of a view need not be multiples
 /// of the entry size.
 pub fn is_plain<T: ArrayEntry>(object: &Any) -> bool {
-    let array = object.cast::<PyArrayDyn<T>>();
-    array.is_ok_and(|array| array.is_c_contiguous() && array.data().is_aligned())
+    as_plain::<T>(object).is_some()
+}
+
+/// An object as such an array.
+fn as_plain<'a, 'py, T: ArrayEntry>(object: &'a Any<'py>) -> Option<&'a Bound<'py, PyArrayDyn<T>>> {
+    let array = object.cast::<PyArrayDyn<T>>().ok()?;
+    (array.is_c_contiguous() && array.data().is_aligned()).then_some(array)
 }
 
 /// The same numbers as a slice: the array itself, or a copy.
@@ -159,6 +164,12 @@ fn plain<'py, T: ArrayEntry>(array: Any<'py>) -> PyResult<PyReadonlyArrayDyn<'py
 /// The entries in C order, read in pieces with checks for Ctrl-C between them.
 pub fn entries<T: ArrayEntry>(array: &Bound<'_, PyUntypedArray>) -> PyResult<Vec<T>> {
     let (py, len) = (array.py(), array.len());
+    // A guard against writers takes longer than copying a few numbers, which nothing can interrupt.
+    if len <= PIECE
+        && let Some(array) = as_plain::<T>(array)
+    {
+        return Ok(array.to_vec()?);
+    }
     let mut out: Vec<T> = Vec::new();
     if out.try_reserve_exact(len).is_err() {
         return Err(PyMemoryError::new_err(format!("cannot hold {len} numbers")));
