@@ -132,7 +132,11 @@ fn control_points(c: &mut Criterion) {
         let v1 = random_tangent(&s1, 1.0, &mut Rng::new(7));
         let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
         let cubic = || GeometricCubic::from_boundary(black_box(s0), v0, s1, v1).unwrap();
-        let search = |m| GeometricPolynomial::minimal_cost(black_box(s0), v0, s1, v1, m).unwrap();
+        let search = |m| {
+            GeometricPolynomial::minimal_cost(black_box(s0), v0, s1, v1, m, Interrupt::NEVER)
+                .unwrap()
+                .0
+        };
         let curves: [(String, GeometricPolynomial); 4] = [
             ("cubic".to_owned(), cubic().into()),
             ("minimal_cost_4".to_owned(), search(4)),
@@ -144,7 +148,9 @@ fn control_points(c: &mut Criterion) {
             GeometricPolynomial::quintic(black_box(s0), v0, a0.as_ref(), s1, v1, a1.as_ref())
                 .unwrap()
         };
-        assert!(search(5).cost().unwrap() < quintic().cost().unwrap());
+        assert!(
+            search(5).cost(Interrupt::NEVER).unwrap() < quintic().cost(Interrupt::NEVER).unwrap()
+        );
         let geodesic = || GeodesicPolynomial::from_boundary(black_box(s0), v0, s1, v1).unwrap();
         let geodesic_cubic = geodesic();
         group.bench_function(BenchmarkId::new("512_points_geodesic_cubic", &shape), |b| {

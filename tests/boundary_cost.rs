@@ -9,7 +9,7 @@ use data::*;
 use faer::{Mat, Scale, mat};
 use stiefel_rs::cubic::{BoundaryOptions, SearchOptions};
 use stiefel_rs::{
-    Curve, Error, GeodesicPolynomial, GeometricCubic, Result, RiemannianCubic, Stiefel,
+    Curve, Error, GeodesicPolynomial, GeometricCubic, Interrupt, Result, RiemannianCubic, Stiefel,
 };
 
 /// Allowed ratio of the cost to that of another solution.
@@ -71,7 +71,9 @@ fn others(data: &Data) -> Vec<(&'static str, f64)> {
     let mut add = |name, cost: Result<f64>| costs.extend(cost.ok().map(|cost| (name, cost)));
     add(
         "reversed",
-        backwards(data).solve().and_then(|curve| curve.cost()),
+        backwards(data)
+            .solve()
+            .and_then(|curve| curve.cost(Interrupt::NEVER)),
     );
     let near = |ends: Result<[Mat<f64>; 2]>| {
         let [a, j] = ends?;
@@ -80,7 +82,7 @@ fn others(data: &Data) -> Vec<(&'static str, f64)> {
             max_iterations: 12,
             ..Default::default()
         };
-        data.solve_with(&options)?.cost()
+        data.solve_with(&options)?.cost(Interrupt::NEVER)
     };
     add(
         "geometric",
@@ -105,7 +107,7 @@ fn others(data: &Data) -> Vec<(&'static str, f64)> {
 
 fn assert_cheap(data: &Data, what: &str) {
     let curve = data.solve().unwrap_or_else(|e| panic!("{what}: {e}"));
-    let cost = curve.cost().unwrap();
+    let cost = curve.cost(Interrupt::NEVER).unwrap();
     for (name, other) in others(data) {
         assert!(
             cost <= SLACK * other,
@@ -130,7 +132,7 @@ fn from_rest_to_rest_the_geodesic_is_the_solution() {
         s1,
         v1: rest,
     };
-    let cost = data.solve().unwrap().cost().unwrap();
+    let cost = data.solve().unwrap().cost(Interrupt::NEVER).unwrap();
     assert!(
         (cost / 81.0 - 1.0).abs() < 1e-10,
         "12 (2.598)^2 = 81, {cost}"
@@ -209,8 +211,8 @@ fn a_search_finds_nothing_cheaper() {
             };
             let all = RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options).unwrap();
             let (least, cost) = (
-                all[0].cost().unwrap(),
-                data.solve().unwrap().cost().unwrap(),
+                all[0].cost(Interrupt::NEVER).unwrap(),
+                data.solve().unwrap().cost(Interrupt::NEVER).unwrap(),
             );
             assert!(
                 cost <= SLACK * least,

@@ -189,7 +189,7 @@ fn the_gradient_of_the_cost_is_that_of_the_derivative() {
         let square = manifold
             .inner(s1.as_ref(), last.as_ref(), last.as_ref())
             .unwrap();
-        let expected = 3.0 * curve.cost().unwrap() + square;
+        let expected = 3.0 * curve.cost(Interrupt::NEVER).unwrap() + square;
         let bound = 100.0 * (shape.0 * shape.1) as f64 * EPS * (1.0 + expected);
         assert_within((rate - expected).abs(), bound, &format!("{shape:?}"));
     }

@@ -11,7 +11,7 @@ use stiefel_rs::linalg::decomp::unitary_q;
 use stiefel_rs::spline::{
     EndCondition, EndConditions, SmoothingOptions, SplineOptions, cubic_spline, smoothing_spline,
 };
-use stiefel_rs::{Curve, Error, Grassmann, Quotient, ScalarField};
+use stiefel_rs::{Curve, Error, Grassmann, Interrupt, Quotient, ScalarField};
 
 /// Complex `(n, k)`: a circle, spheres, unitary groups, one column less than these, others.
 const SHAPES: [(usize, usize); 8] = [
@@ -159,7 +159,7 @@ fn splines_are_those_of_the_embedded_matrices() {
                         "{shape:?} {name}"
                     );
                 }
-                let [a, b] = [&native, &oracle].map(|curve| curve.cost().unwrap());
+                let [a, b] = [&native, &oracle].map(|curve| curve.cost(Interrupt::NEVER).unwrap());
                 assert!(
                     (a - b).abs() < 1e-9 * (1.0 + b),
                     "{shape:?} {name}: {a} {b}"
@@ -282,7 +282,7 @@ fn cubics_between_ends_are_stationary_and_no_dearer_than_embedded_ones() {
             };
             let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(solve);
             let name = format!("{quotient:?} {shape:?} {far}");
-            let [a, b] = [&native, &oracle].map(|curve| curve.cost().unwrap());
+            let [a, b] = [&native, &oracle].map(|curve| curve.cost(Interrupt::NEVER).unwrap());
             // Another solution of the same cost is equally good.
             assert!(a <= b * (1.0 + 1e-9), "{name}: {a} {b}");
             let end = native.point(1.0).unwrap();
@@ -352,7 +352,7 @@ fn all_cubics_that_are_found_are_complex_and_end_where_they_should() {
         .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
         for curve in &found {
             let missed = missed(quotient, curve, &data);
-            let bound = 1e-10 * (1.0 + curve.cost().unwrap());
+            let bound = 1e-10 * (1.0 + curve.cost(Interrupt::NEVER).unwrap());
             assert!(missed < bound, "{quotient:?} {shape:?}: {missed:e}");
         }
     }

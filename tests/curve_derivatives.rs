@@ -292,7 +292,7 @@ fn cost_of_a_scalar_curve_has_a_closed_form() {
             let expected = 12.0 * (a * a + a * b + b * b);
             let found = data
                 .curve()
-                .cost()
+                .cost(Interrupt::NEVER)
                 .unwrap_or_else(|e| panic!("plane {plane}, p = {p:?}: {e}"));
             let bound = 1e-12 * (1.0 + expected);
             assert_within(
@@ -312,7 +312,9 @@ fn cost_of_a_geodesic_is_zero() {
         let curve =
             QuasiGeodesic::from_velocity(s.as_ref(), random_tangent(&s, 1.3, &mut rng).as_ref())
                 .unwrap();
-        let cost = curve.cost().unwrap_or_else(|e| panic!("{size:?}: {e}"));
+        let cost = curve
+            .cost(Interrupt::NEVER)
+            .unwrap_or_else(|e| panic!("{size:?}: {e}"));
         assert_within(cost, 1e-24, &format!("J, {size:?}"));
     }
 }
@@ -325,7 +327,7 @@ fn cost_of_a_nearly_geodesic_curve_converges() {
         let expected = 12.0 * 3.0 * bend * bend;
         let found = data
             .curve()
-            .cost()
+            .cost(Interrupt::NEVER)
             .unwrap_or_else(|e| panic!("bend {bend}: {e}"));
         // The acceleration is accurate to the round-off of the second derivative.
         let bound = 1e-12 * expected + 1e-13 * expected.sqrt() + 1e-26;
@@ -436,7 +438,7 @@ fn covariant_derivatives_of_many_columns_and_of_few_are_those_of_the_formulas() 
                 assert_close(found, exact, 1e-14 * size.powi(3), &place);
             }
             let manifold = Stiefel::new(n, k).unwrap();
-            let largest = curve.derivative_bounds().unwrap();
+            let largest = curve.derivative_bounds(Interrupt::NEVER).unwrap();
             let speed = manifold.norm(s, v).unwrap();
             assert!(
                 speed <= largest.velocity * (1.0 + 1e-9),

@@ -78,7 +78,7 @@ fn cubics_have_bounds_that_hold_and_are_tight() {
         ] {
             let curve = cubic(shape, sizes, t_end, 1);
             let name = format!("{shape:?} {sizes:?} {t_end}");
-            let found = curve.derivative_bounds();
+            let found = curve.derivative_bounds(Interrupt::NEVER);
             let bounds = found.unwrap_or_else(|error| panic!("{name}: {error}"));
             let name = format!("{name}: {bounds:?}");
             assert_eq!(bounds.guarantee, Guarantee::Enclosure);
@@ -108,7 +108,7 @@ fn on_the_circle_a_cubic_has_the_derivatives_of_its_angle() {
         ..IntegrationOptions::default()
     };
     let curve = RiemannianCubic::from_initial(s, v, a, j, &options).unwrap();
-    let bounds = array(&curve.derivative_bounds().unwrap());
+    let bounds = array(&curve.derivative_bounds(Interrupt::NEVER).unwrap());
     let exact = [3.0, 4.0, 2.0];
     for ((bound, exact), limit) in bounds.into_iter().zip(exact).zip(limits(exact, 2.0)) {
         assert!(bound >= exact * (1.0 - 1e-12), "{bound} {exact}");
@@ -143,7 +143,7 @@ fn splines_of_plane_rotations_have_bounds() {
                 let times = [0.0, 1.0, 2.0];
                 let (curve, _) =
                     cubic_spline(&times, &views, &EndConditions::Natural, &options).unwrap();
-                let bounds = curve.derivative_bounds();
+                let bounds = curve.derivative_bounds(Interrupt::NEVER);
                 let bounds =
                     bounds.unwrap_or_else(|error| panic!("{k} {first:?} {second:?}: {error}"));
                 assert!(bounds.velocity >= 0.3, "{bounds:?}");
@@ -157,14 +157,15 @@ fn fast_geodesics_and_cubics_have_bounds() {
     for shape in [(3, 1), (3, 2), (5, 3)] {
         for speed in [1000.0, 5000.0] {
             let curve = cubic(shape, [speed, 0.0, 0.0], 1.0, 3);
-            let [velocity, acceleration, jerk] = array(&curve.derivative_bounds().unwrap());
+            let [velocity, acceleration, jerk] =
+                array(&curve.derivative_bounds(Interrupt::NEVER).unwrap());
             assert_within((velocity / speed - 1.0).abs(), GAP, "speed");
             // No covariant derivative, and no round-off of ambient derivatives either, which would be 1e-16 speed^2 or
             // more.
             assert_within(acceleration + jerk, 1e-290, "geodesic");
         }
         let curve = cubic(shape, [1000.0, 1.0, 1.0], 1.0, 4);
-        let bounds = curve.derivative_bounds().unwrap();
+        let bounds = curve.derivative_bounds(Interrupt::NEVER).unwrap();
         // Of the order of |A| |V| after a first rotation.
         assert!((1.0..1e5).contains(&bounds.jerk), "{bounds:?}");
     }
@@ -175,7 +176,7 @@ fn samples_find_the_largest_norms_of_other_curves() {
     for shape in [(2, 1), (3, 2), (4, 4), (20, 2)] {
         for seed in 0..4 {
             let curve = Boundary::random(shape, 1.0, 1.5, &mut Rng::new(seed)).curve();
-            let bounds = curve.derivative_bounds().unwrap();
+            let bounds = curve.derivative_bounds(Interrupt::NEVER).unwrap();
             assert_eq!(bounds.guarantee, Guarantee::Sampling);
             for (bound, sample) in array(&bounds).into_iter().zip(dense(&curve, 2000)) {
                 let name = format!("{shape:?} {seed}");
@@ -189,7 +190,7 @@ fn samples_find_the_largest_norms_of_other_curves() {
     let s = random_point(5, 2, &mut Rng::new(9));
     let v = random_tangent(&s, 2.0, &mut Rng::new(10));
     let curve = QuasiGeodesic::from_velocity(s.as_ref(), v.as_ref()).unwrap();
-    let bounds = curve.derivative_bounds().unwrap();
+    let bounds = curve.derivative_bounds(Interrupt::NEVER).unwrap();
     assert_within((bounds.velocity - 2.0).abs(), 1e-14, "speed");
 }
 
@@ -205,7 +206,7 @@ fn pieces_are_bounded_one_by_one_in_the_time_of_the_curve() {
     let t = [0.0, 0.2, 1.0, 3.0, 3.5, 5.0];
     let options = SplineOptions::default();
     let (curve, _) = cubic_spline(&t, &views, &EndConditions::Natural, &options).unwrap();
-    let bounds = curve.derivative_bounds().unwrap();
+    let bounds = curve.derivative_bounds(Interrupt::NEVER).unwrap();
     assert_eq!(bounds.guarantee, Guarantee::Enclosure);
     for (bound, sample) in array(&bounds).into_iter().zip(dense(&curve, 2000)) {
         assert_within(sample, bound * (1.0 + 1e-12), "spline");
@@ -214,7 +215,7 @@ fn pieces_are_bounded_one_by_one_in_the_time_of_the_curve() {
     // At half the speed: halves, quarters, eighths.
     let slow = t.map(|t| 2.0 * t);
     let (other, _) = cubic_spline(&slow, &views, &EndConditions::Natural, &options).unwrap();
-    let slower = array(&other.derivative_bounds().unwrap());
+    let slower = array(&other.derivative_bounds(Interrupt::NEVER).unwrap());
     for ((fast, slow), rate) in array(&bounds).into_iter().zip(slower).zip([2.0, 4.0, 8.0]) {
         assert_within((fast - rate * slow).abs(), 1e-9 * fast, "time");
     }
@@ -224,7 +225,7 @@ fn pieces_are_bounded_one_by_one_in_the_time_of_the_curve() {
     let tangents: Vec<MatRef<'_, f64>> = tangents.iter().map(Mat::as_ref).collect();
     let other = geometric_hermite(&t, &views, &tangents).unwrap();
     assert_eq!(
-        other.derivative_bounds().unwrap().guarantee,
+        other.derivative_bounds(Interrupt::NEVER).unwrap().guarantee,
         Guarantee::Sampling
     );
 }

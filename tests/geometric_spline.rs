@@ -313,7 +313,10 @@ fn it_is_near_the_spline_of_least_cost() {
         let options = SplineOptions::default();
         let (least, _) =
             cubic_spline(&t, &views(&points), &EndConditions::Natural, &options).unwrap();
-        let (cost, bound) = (curve.cost().unwrap(), least.cost().unwrap());
+        let (cost, bound) = (
+            curve.cost(Interrupt::NEVER).unwrap(),
+            least.cost(Interrupt::NEVER).unwrap(),
+        );
         assert!(cost >= bound * (1.0 - 1e-9), "{shape:?}: {cost} {bound}");
         assert!(cost <= bound * 1.1, "{shape:?}: {cost} {bound}");
     }

@@ -39,7 +39,7 @@ fn population(shape: (usize, usize), count: usize, seed: u64) -> (usize, usize, 
         };
         let v = random_tangent(&s0, d, &mut rng);
         let s1 = manifold.exp(s0.as_ref(), v.as_ref()).unwrap();
-        match manifold.log_with_report(s0.as_ref(), s1.as_ref()) {
+        match manifold.log_with_report(s0.as_ref(), s1.as_ref(), Interrupt::NEVER) {
             Ok((found, report)) => {
                 let error = distance(&found, &v);
                 let angle = frobenius(found.as_ref());
@@ -92,7 +92,7 @@ fn log(s0: &Mat<f64>, s1: &Mat<f64>, metric: Metric) -> stiefel_rs::Result<(Mat<
     let manifold = Stiefel::new(s0.nrows(), s0.ncols())
         .unwrap()
         .with_metric(metric);
-    manifold.log_with_report(s0.as_ref(), s1.as_ref())
+    manifold.log_with_report(s0.as_ref(), s1.as_ref(), Interrupt::NEVER)
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn euclidean_log_of_random_pairs_below_pi() {
             let v = raw * Scale(d);
             let s1 = manifold.exp(s0.as_ref(), v.as_ref()).unwrap();
             let (found, report) = manifold
-                .log_with_report(s0.as_ref(), s1.as_ref())
+                .log_with_report(s0.as_ref(), s1.as_ref(), Interrupt::NEVER)
                 .unwrap_or_else(|e| panic!("St({n},{k}) {i}: {e}"));
             assert!(report.certainly_shortest, "St({n},{k}) {i}: {report:?}");
             worst = worst.max(distance(&found, &v));
@@ -322,7 +322,7 @@ fn far_pairs_give_a_short_geodesic_or_an_error() {
             let d = rng.between(0.9, 1.4) * PI;
             let v = random_tangent(&s0, d, &mut rng);
             let s1 = manifold.exp(s0.as_ref(), v.as_ref()).unwrap();
-            match manifold.log_with_report(s0.as_ref(), s1.as_ref()) {
+            match manifold.log_with_report(s0.as_ref(), s1.as_ref(), Interrupt::NEVER) {
                 Ok((found, report)) => {
                     let end = manifold.exp(s0.as_ref(), found.as_ref()).unwrap();
                     assert_close(&end, &s1, 1e-11, "end");
@@ -360,7 +360,9 @@ fn geodesics_beyond_the_bound_that_turn_little_are_found_both_ways() {
         let length = manifold.norm(s.as_ref(), v.as_ref()).unwrap();
         let v = v * Scale(distance * PI / length);
         let y = manifold.exp(s.as_ref(), v.as_ref()).unwrap();
-        let (found, report) = manifold.log_with_report(s.as_ref(), y.as_ref()).unwrap();
+        let (found, report) = manifold
+            .log_with_report(s.as_ref(), y.as_ref(), Interrupt::NEVER)
+            .unwrap();
         assert_within(frobenius((&found - &v).as_ref()), 1e-11, "velocity");
         assert!(!report.certainly_shortest);
         let back = manifold.dist(y.as_ref(), s.as_ref()).unwrap();
@@ -431,7 +433,7 @@ fn an_interrupt_stops_a_far_logarithm() {
     let (s0, s1) = (random_point(10, 3, &mut rng), random_point(10, 3, &mut rng));
     let question = || true;
     let manifold = Stiefel::new(10, 3).unwrap();
-    let result = manifold.log_interruptible(s0.as_ref(), s1.as_ref(), Interrupt::new(&question));
+    let result = manifold.log_with_report(s0.as_ref(), s1.as_ref(), Interrupt::new(&question));
     assert!(matches!(result, Err(Error::Interrupted { .. })));
 }
 
@@ -469,7 +471,7 @@ fn points_with_a_rotation_by_pi_between_them_are_refused() {
             let mut turned = s0.clone();
             negate_column(&mut turned, 0);
             for s1 in [&opposite, &turned] {
-                let found = manifold.log_with_report(s0.as_ref(), s1.as_ref());
+                let found = manifold.log_with_report(s0.as_ref(), s1.as_ref(), Interrupt::NEVER);
                 match found.as_ref().map_err(Error::cause) {
                     Err(Error::NoJoiningCurve { angle } | Error::OutsideLogDomain { angle }) => {
                         assert_within((angle - PI).abs(), 1e-6, "angle")

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use common::*;
 use faer::Mat;
-use stiefel_rs::{Metric, Stiefel};
+use stiefel_rs::{Interrupt, Metric, Stiefel};
 
 /// `S1 = cos S0 + sin Q` with the given principal angles, in a random frame.
 fn with_principal_angles(n: usize, angles: &[f64], rng: &mut Rng) -> (Mat<f64>, Mat<f64>) {
@@ -24,7 +24,7 @@ fn dist(s0: &Mat<f64>, s1: &Mat<f64>, alpha: f64) -> f64 {
         .unwrap()
         .with_metric(Metric::new(alpha).unwrap());
     let (v, report) = manifold
-        .log_with_report(s0.as_ref(), s1.as_ref())
+        .log_with_report(s0.as_ref(), s1.as_ref(), Interrupt::NEVER)
         .unwrap_or_else(|e| panic!("alpha {alpha}: {e}"));
     let end = manifold.exp(s0.as_ref(), v.as_ref()).unwrap();
     assert_within(distance(&end, s1), 1e-11, "end");

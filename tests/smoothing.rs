@@ -11,7 +11,7 @@ use knots::views;
 use stiefel_rs::spline::{
     EndConditions, SmoothingOptions, SmoothingSpline, SplineOptions, cubic_spline, smoothing_spline,
 };
-use stiefel_rs::{Curve, Error, Stiefel};
+use stiefel_rs::{Curve, Error, Interrupt, Stiefel};
 
 fn smooth(t: &[f64], data: &[Mat<f64>], weights: Option<&[f64]>, lambda: f64) -> SmoothingSpline {
     let options = SmoothingOptions {
@@ -128,7 +128,7 @@ fn infinite_weight_is_regression() {
         }
         assert_within((found.misfit - misfit).abs(), 1e-12, "misfit");
         assert_within(found.degrees_of_freedom - 2.0, 1e-12, "degrees of freedom");
-        assert_within(found.curve.cost().unwrap(), 1e-30, "cost");
+        assert_within(found.curve.cost(Interrupt::NEVER).unwrap(), 1e-30, "cost");
     }
 }
 
@@ -223,13 +223,16 @@ fn little_weight_interpolates_and_much_weight_straightens() {
             "exact",
         );
         let straight = smooth(&t, &data, None, 1e6);
-        assert!(straight.curve.cost().unwrap() < 1e-9, "{shape:?}");
+        assert!(
+            straight.curve.cost(Interrupt::NEVER).unwrap() < 1e-9,
+            "{shape:?}"
+        );
         assert!((straight.degrees_of_freedom - 2.0).abs() < 1e-3);
         // With more weight, the cost decreases and the misfit increases.
         let mut before = (f64::INFINITY, 0.0);
         for lambda in [1e-3, 1e-1, 1.0, 10.0, 1e3] {
             let found = smooth(&t, &data, None, lambda);
-            let cost = found.curve.cost().unwrap();
+            let cost = found.curve.cost(Interrupt::NEVER).unwrap();
             assert!(
                 cost < before.0 && found.misfit > before.1,
                 "{shape:?} {lambda}"
@@ -253,8 +256,8 @@ fn no_spline_through_distant_data_is_better() {
             let (through, _) = cubic_spline(&t, &views(&points), &natural, &options).unwrap();
             for lambda in [1e-8, 1e-5, 1e-3] {
                 let found = smooth(&t, &points, None, lambda);
-                let objective = found.misfit + lambda * found.curve.cost().unwrap();
-                let bound = lambda * through.cost().unwrap();
+                let objective = found.misfit + lambda * found.curve.cost(Interrupt::NEVER).unwrap();
+                let bound = lambda * through.cost(Interrupt::NEVER).unwrap();
                 assert!(
                     objective <= bound * (1.0 + 1e-9) + 1e-20,
                     "{shape:?} {lambda}"
@@ -400,7 +403,7 @@ fn close_times_and_a_heavy_cost() {
             ..SmoothingOptions::default()
         };
         let found = smoothing_spline(&t, &views(&data), None, &options).unwrap();
-        let objective = found.misfit + lambda * found.curve.cost().unwrap();
+        let objective = found.misfit + lambda * found.curve.cost(Interrupt::NEVER).unwrap();
         // If times are 1e-4 apart, 1e-6 is round-off of accelerations, and its square round-off of the cost.
         assert!(
             objective <= 0.0681 + 1e-12 * lambda,

@@ -12,7 +12,7 @@ use stiefel_rs::rotation::{RotationEnd, RotationEnds, RotationSpline};
 use stiefel_rs::spline::{
     EndCondition, EndConditions, SmoothingOptions, SplineOptions, cubic_spline, smoothing_spline,
 };
-use stiefel_rs::{Curve, Error, SolverReport, StopReason};
+use stiefel_rs::{Curve, Error, Interrupt, SolverReport, StopReason};
 
 /// Costs of the same spline differ by round-off and the effect of the tolerance.
 const SAME: f64 = 1e-6;
@@ -25,7 +25,7 @@ fn knots((n, k): (usize, usize), count: usize, rng: &mut Rng) -> Vec<Mat<f64>> {
 fn cost(points: &[Mat<f64>], ends: &EndConditions) -> Option<f64> {
     let t: Vec<f64> = (0..points.len()).map(|i| i as f64).collect();
     let (curve, _) = cubic_spline(&t, &views(points), ends, &SplineOptions::default()).ok()?;
-    Some(curve.cost().unwrap())
+    Some(curve.cost(Interrupt::NEVER).unwrap())
 }
 
 fn at_rest(points: &[Mat<f64>]) -> EndConditions {

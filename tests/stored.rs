@@ -41,7 +41,10 @@ fn assert_same<C: Curve>(again: &C, original: &C, outside: f64) {
             );
         }
     }
-    assert_eq!(again.cost().unwrap(), original.cost().unwrap());
+    assert_eq!(
+        again.cost(Interrupt::NEVER).unwrap(),
+        original.cost(Interrupt::NEVER).unwrap()
+    );
 }
 
 fn ends((n, k): (usize, usize)) -> [Mat<f64>; 4] {

@@ -247,13 +247,15 @@ fn transport_is_linear_and_equivariant() {
         let combined = moved(&transport, &(v * Scale(3.0) - w));
         let expected = moved(&transport, v) * Scale(3.0) - moved(&transport, w);
         assert_close(&combined, &expected, 1e-13, &format!("linear, {place}"));
-        let q = random_orthogonal(s.nrows(), &mut rng);
-        let turned = along(manifold.metric(), &(&q * s), &(&q * v));
-        assert_close(
-            &moved(&turned, &(&q * w)),
-            &(&q * moved(&transport, w)),
+        let transported =
+            |a: &[Mat<f64>]| vec![moved(&along(manifold.metric(), &a[0], &a[1]), &a[2])];
+        assert_equivariant(
+            Actions::Both,
+            &[s, v, w],
+            transported,
             1e-13,
-            &format!("equivariant, {place}"),
+            place,
+            &mut rng,
         );
     });
 }

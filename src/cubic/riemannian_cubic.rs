@@ -276,10 +276,7 @@ impl Curve for RiemannianCubic {
         self.frame.as_ref().map(|frame| frame.as_ref().as_ref())
     }
 
-    fn derivative_bounds_interruptible(
-        &self,
-        interrupt: Interrupt<'_>,
-    ) -> Result<DerivativeBounds> {
+    fn derivative_bounds(&self, interrupt: Interrupt<'_>) -> Result<DerivativeBounds> {
         enclosed(&self.taylor, self.time_map, self.span, interrupt)
     }
 
@@ -370,7 +367,7 @@ impl Curve for RiemannianCubic {
         sample_coordinate_blocks(longer.as_ref().unwrap_or(self), t, quantity, interrupt)
     }
 
-    fn cost_interruptible(&self, _: Interrupt<'_>) -> Result<f64> {
+    fn cost(&self, _: Interrupt<'_>) -> Result<f64> {
         let ends = [self.span.0, self.span.1].map(|t| self.time_map.taylor_time(t));
         let [from, to] = match self.time_map.is_forward() {
             true => ends,

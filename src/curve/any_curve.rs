@@ -72,7 +72,7 @@ impl<C: Curve + Stored + Send + 'static> AnyCurve for C {
     }
 
     fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64> {
-        self.cost_interruptible(interrupt)
+        Curve::cost(self, interrupt)
     }
 
     fn arc_length(&self, t0: f64, t1: f64, interrupt: Interrupt<'_>) -> Result<f64> {
@@ -84,6 +84,6 @@ impl<C: Curve + Stored + Send + 'static> AnyCurve for C {
     }
 
     fn derivative_bounds(&self, interrupt: Interrupt<'_>) -> Result<DerivativeBounds> {
-        self.derivative_bounds_interruptible(interrupt)
+        Curve::derivative_bounds(self, interrupt)
     }
 }

@@ -23,7 +23,7 @@ use crate::space::Quotient;
 /// ```
 /// use faer::{MatRef, mat};
 /// use stiefel_rs::linalg::jet::MatrixJet;
-/// use stiefel_rs::{Curve, Result};
+/// use stiefel_rs::{Curve, Interrupt, Result};
 /// /// The circle `(cos t, sin t)`.
 /// struct Circle;
 /// impl Curve for Circle {
@@ -50,7 +50,7 @@ use crate::space::Quotient;
 ///     }
 /// }
 /// assert!((Circle.arc_length(0.0, 2.0)? - 2.0).abs() < 1e-14);
-/// assert!(Circle.acceleration(0.3)?.norm_l2() < 1e-14 && Circle.cost()? < 1e-28);
+/// assert!(Circle.acceleration(0.3)?.norm_l2() < 1e-14 && Circle.cost(Interrupt::NEVER)? < 1e-28);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 pub trait Curve: Send + Sync {
@@ -229,19 +229,8 @@ pub trait Curve: Send + Sync {
     /// Accurate to 1e-12 relative, or to the round-off of the acceleration (`64 eps |S''|`) if that is larger, by
     /// composite Gauss-Legendre quadrature with as many panels as necessary.
     /// # Errors
-    /// `NoConvergence`, `Overflow`, and an error if the curve does not exist somewhere.
-    fn cost(&self) -> Result<f64>
-    where
-        Self: Sized,
-    {
-        self.cost_interruptible(Interrupt::NEVER)
-    }
-
-    /// [`Curve::cost`] with an interrupt.
-    ///
-    /// # Errors
-    /// As [`Curve::cost`], and `Interrupted`.
-    fn cost_interruptible(&self, interrupt: Interrupt<'_>) -> Result<f64>
+    /// `NoConvergence`, `Overflow`, `Interrupted`, and an error if the curve does not exist somewhere.
+    fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64>
     where
         Self: Sized,
     {
@@ -270,19 +259,8 @@ pub trait Curve: Send + Sync {
     /// ([`Guarantee::Enclosure`](super::Guarantee::Enclosure)).
     ///
     /// # Errors
-    /// `Overflow`, and an error if the curve does not exist somewhere.
-    fn derivative_bounds(&self) -> Result<DerivativeBounds> {
-        self.derivative_bounds_interruptible(Interrupt::NEVER)
-    }
-
-    /// [`Curve::derivative_bounds`] with an interrupt.
-    ///
-    /// # Errors
-    /// As [`Curve::derivative_bounds`], and `Interrupted`.
-    fn derivative_bounds_interruptible(
-        &self,
-        interrupt: Interrupt<'_>,
-    ) -> Result<DerivativeBounds> {
+    /// `Overflow`, `Interrupted`, and an error if the curve does not exist somewhere.
+    fn derivative_bounds(&self, interrupt: Interrupt<'_>) -> Result<DerivativeBounds> {
         let mut norms = norms_of(self, "derivative bounds")?;
         sampled_bounds(&mut norms, &self.breakpoints(), interrupt)
     }

@@ -25,14 +25,14 @@ const CANDIDATES: usize = 3;
 /// use faer::mat;
 /// use stiefel_rs::cubic::BoundaryOptions;
 /// use stiefel_rs::curve::{Curve, GeometricCubic, Guarantee};
-/// use stiefel_rs::RiemannianCubic;
+/// use stiefel_rs::{Interrupt, RiemannianCubic};
 /// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
 /// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
 /// let geometric = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
-/// assert_eq!(geometric.derivative_bounds()?.guarantee, Guarantee::Sampling);
+/// assert_eq!(geometric.derivative_bounds(Interrupt::NEVER)?.guarantee, Guarantee::Sampling);
 /// let cubic = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
-/// assert_eq!(cubic.derivative_bounds()?.guarantee, Guarantee::Enclosure);
+/// assert_eq!(cubic.derivative_bounds(Interrupt::NEVER)?.guarantee, Guarantee::Enclosure);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,12 +67,12 @@ impl Guarantee {
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::{Curve, GeometricCubic};
+/// use stiefel_rs::{Curve, GeometricCubic, Interrupt};
 /// // From rest to rest along a circle, by the angle 3 t^2 - 2 t^3.
 /// let (s0, s1) = (mat![[1.0], [0.0]], mat![[1.0_f64.cos()], [1.0_f64.sin()]]);
 /// let rest = mat![[0.0], [0.0]];
 /// let curve = GeometricCubic::from_boundary(s0.as_ref(), rest.as_ref(), s1.as_ref(), rest.as_ref())?;
-/// let bounds = curve.derivative_bounds()?;
+/// let bounds = curve.derivative_bounds(Interrupt::NEVER)?;
 /// assert!((bounds.velocity - 1.5).abs() < 1e-10);
 /// assert!((bounds.acceleration - 6.0).abs() < 1e-10);
 /// assert!((bounds.jerk - 12.0).abs() < 1e-10);

@@ -58,11 +58,12 @@ use crate::space::Quotient;
 /// # Examples
 /// ```
 /// use faer::{Mat, mat};
-/// use stiefel_rs::{Curve, SubspacePolynomial};
+/// use stiefel_rs::{Curve, Interrupt, SubspacePolynomial};
 /// // Lines of the plane: the angle is the polynomial with the control points 0, 1, 1.5, whichever way the bases point.
 /// let points: [Mat<f64>; 3] = [0.0_f64, 1.0, 1.5].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let opposite = -&points[1];
-/// let curve = SubspacePolynomial::new(&[points[0].as_ref(), opposite.as_ref(), points[2].as_ref()])?;
+/// let views = [points[0].as_ref(), opposite.as_ref(), points[2].as_ref()];
+/// let curve = SubspacePolynomial::new(&views, Interrupt::NEVER)?;
 /// let angle = 2.0 * 0.5 * 0.5 * 1.0 + 0.25 * 1.5_f64;
 /// assert!((curve.point(0.5)? - mat![[angle.cos()], [angle.sin()]]).norm_l2() < 1e-14);
 /// # Ok::<(), stiefel_rs::Error>(())
@@ -81,16 +82,9 @@ impl SubspacePolynomial {
     /// The curve with the given control points, at least two orthonormal bases of shape `(n, k)`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`; `RightAngle` if a principal angle between consecutive points is `pi/2`.
-    pub fn new(points: &[MatRef<'_, f64>]) -> Result<Self> {
-        Self::new_interruptible(points, Interrupt::NEVER)
-    }
-
-    /// [`SubspacePolynomial::new`] with an interrupt.
-    ///
-    /// # Errors
-    /// As [`SubspacePolynomial::new`], and `Interrupted`.
-    pub fn new_interruptible(points: &[MatRef<'_, f64>], interrupt: Interrupt<'_>) -> Result<Self> {
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `RightAngle` if a principal angle between consecutive points is `pi/2`;
+    /// `Interrupted`.
+    pub fn new(points: &[MatRef<'_, f64>], interrupt: Interrupt<'_>) -> Result<Self> {
         let (_, span, low) = span::control_points(points)?;
         let mut problem = EndpointProblem::new(low[0].nrows(), low[0].ncols());
         let legs = low
@@ -112,21 +106,9 @@ impl SubspacePolynomial {
     ///   0`
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`; `InvalidArgument` if a third of a velocity turns a direction
-    /// by a right angle or more; `RightAngle` if a principal angle between the inner control points is `pi/2`.
+    /// by a right angle or more; `RightAngle` if a principal angle between the inner control points is `pi/2`;
+    /// `Interrupted`.
     pub fn from_boundary(
-        y0: MatRef<'_, f64>,
-        v0: MatRef<'_, f64>,
-        y1: MatRef<'_, f64>,
-        v1: MatRef<'_, f64>,
-    ) -> Result<Self> {
-        Self::from_boundary_interruptible(y0, v0, y1, v1, Interrupt::NEVER)
-    }
-
-    /// [`SubspacePolynomial::from_boundary`] with an interrupt.
-    ///
-    /// # Errors
-    /// As [`SubspacePolynomial::from_boundary`], and `Interrupted`.
-    pub fn from_boundary_interruptible(
         y0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,
         y1: MatRef<'_, f64>,
@@ -370,7 +352,7 @@ impl TryFrom<&[Mat<f64>]> for SubspacePolynomial {
 
     fn try_from(points: &[Mat<f64>]) -> Result<Self> {
         let points: Vec<_> = points.iter().map(|point| point.as_ref()).collect();
-        Self::new(&points)
+        Self::new(&points, Interrupt::NEVER)
     }
 }
 

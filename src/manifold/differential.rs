@@ -170,7 +170,7 @@ impl LogarithmDifferential {
     ) -> Result<Self> {
         let manifold = Stiefel::of("S0", s0)?;
         check_size(manifold.dim(), s0)?;
-        let (v, _) = manifold.log_interruptible(s0, s1, interrupt)?;
+        let (v, _) = manifold.log_with_report(s0, s1, interrupt)?;
         let exponential = ExponentialDifferential::new(s0, v.as_ref())?;
         let bases = [tangent_basis(field, s0)?, tangent_basis(field, s1)?];
         let still = Mat::zeros(s0.nrows(), s0.ncols());

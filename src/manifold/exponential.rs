@@ -151,8 +151,7 @@ impl Stiefel {
     /// # Errors
     /// The errors of [`Stiefel::log`].
     pub fn geodesic_between(&self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Geodesic> {
-        let (velocity, _) = self.log_with_report(s0, s1)?;
-        self.geodesic(s0, velocity.as_ref())
+        self.geodesic(s0, self.log(s0, s1)?.as_ref())
     }
 }
 

@@ -54,7 +54,7 @@ impl Stiefel {
     /// # Errors
     /// The errors of [`Stiefel::log_with_report`].
     pub fn log(&self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Mat<f64>> {
-        Ok(self.log_with_report(s0, s1)?.0)
+        Ok(self.log_with_report(s0, s1, Interrupt::NEVER)?.0)
     }
 
     /// The Riemannian distance, the length of the geodesic of [`Stiefel::log`].
@@ -62,7 +62,7 @@ impl Stiefel {
     /// # Errors
     /// The errors of [`Stiefel::log_with_report`].
     pub fn dist(&self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<f64> {
-        Ok(self.log_with_report(s0, s1)?.1.length)
+        Ok(self.log_with_report(s0, s1, Interrupt::NEVER)?.1.length)
     }
 
     /// The Riemannian logarithm with a report.
@@ -86,24 +86,12 @@ impl Stiefel {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`; `DifferentComponents` (`k = n`); `NoJoiningCurve` if an angle is pi to
     /// working precision, so that no unique geodesic is the shortest; `NoConvergence` if no geodesic was found, both
-    /// in `OnlyBases` if the points look like mere bases; `Decomposition`.
+    /// in `OnlyBases` if the points look like mere bases; `Decomposition`, `Interrupted`.
     /// # Source
     /// The formulation on the rotation group: Zimmermann, Hueper (2022), "Computing the Riemannian logarithm on the
     /// Stiefel manifold: metrics, methods, and performance", SIAM J. Matrix Anal. Appl. 43, 953-980. The headers of the
     /// submodules describe the methods.
     pub fn log_with_report(
-        &self,
-        s0: MatRef<'_, f64>,
-        s1: MatRef<'_, f64>,
-    ) -> Result<(Mat<f64>, LogReport)> {
-        self.log_interruptible(s0, s1, Interrupt::NEVER)
-    }
-
-    /// [`Stiefel::log_with_report`] with an interrupt.
-    ///
-    /// # Errors
-    /// The same errors, and `Interrupted`.
-    pub fn log_interruptible(
         &self,
         s0: MatRef<'_, f64>,
         s1: MatRef<'_, f64>,

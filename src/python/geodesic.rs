@@ -101,7 +101,7 @@ impl PyStiefel {
         self.map(objects, core, move |m, points, interrupt| {
             // Rows are far apart in a batch; the core reads columns.
             let [s0, s1] = points.map(|point| point.to_owned());
-            let found = m.log_interruptible(s0.as_ref(), s1.as_ref(), interrupt)?;
+            let found = m.log_with_report(s0.as_ref(), s1.as_ref(), interrupt)?;
             Ok(value(found))
         })
     }

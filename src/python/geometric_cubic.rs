@@ -95,7 +95,7 @@ impl PyGeometricCubic {
                     Arc::new(GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?)
                 }
                 (Quotient::Subspaces, _) => {
-                    let make = SubspacePolynomial::from_boundary_interruptible;
+                    let make = SubspacePolynomial::from_boundary;
                     Arc::new(make(s0, v0, s1, v1, stop)?)
                 }
             })

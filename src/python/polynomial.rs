@@ -57,9 +57,7 @@ pub(super) fn polynomial(
         Ok(match (quotient, geodesic) {
             (Quotient::Frames, false) => Arc::new(GeometricPolynomial::new(&views)?) as _,
             (Quotient::Frames, true) => Arc::new(GeodesicPolynomial::new(&views)?) as _,
-            (Quotient::Subspaces, _) => {
-                Arc::new(SubspacePolynomial::new_interruptible(&views, interrupt)?) as _
-            }
+            (Quotient::Subspaces, _) => Arc::new(SubspacePolynomial::new(&views, interrupt)?) as _,
         })
     })?;
     Ok((curve, field))
@@ -255,9 +253,8 @@ impl PyGeometricPolynomial {
             data,
             SOLVES,
             move |[s0, v0, s1, v1], interrupt| {
-                let (curve, report) = GeometricPolynomial::minimal_cost_interruptible(
-                    s0, v0, s1, v1, degree, interrupt,
-                )?;
+                let (curve, report) =
+                    GeometricPolynomial::minimal_cost(s0, v0, s1, v1, degree, interrupt)?;
                 match field {
                     Field::Real => Ok((curve, report)),
                     Field::Complex => Ok((embedded(&curve)?, report)),

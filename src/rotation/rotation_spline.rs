@@ -295,7 +295,7 @@ impl RotationSpline {
     /// # Errors
     /// `Overflow`, and the errors of evaluating the curve.
     pub fn cost(&self) -> Result<f64> {
-        self.curve().cost()
+        self.curve().cost(Interrupt::NEVER)
     }
 
     /// The report of the spline's solver; `None` if every leg was computed separately.

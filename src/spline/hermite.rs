@@ -43,7 +43,7 @@ pub fn cubic_hermite(
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// use stiefel_rs::cubic::BoundaryOptions;
 /// use stiefel_rs::spline::subspace_hermite;
 /// // Lines in the plane at the angles 0, 1 and 0, at rest at each.
@@ -52,7 +52,7 @@ pub fn cubic_hermite(
 /// let views = points.each_ref().map(|point| point.as_ref());
 /// let options = BoundaryOptions::default();
 /// let curve = subspace_hermite(&[0.0, 1.0, 3.0], &views, &[rest.as_ref(); 3], &options)?;
-/// assert!((curve.cost()? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
+/// assert!((curve.cost(Interrupt::NEVER)? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 pub fn subspace_hermite(

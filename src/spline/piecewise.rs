@@ -19,7 +19,7 @@ use crate::threads::{self, ALWAYS};
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// use stiefel_rs::spline::geometric_hermite;
 /// // On the circle, at rest at every knot: by the angle 3 t^2 - 2 t^3, and back.
 /// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[a.cos()], [a.sin()]]);
@@ -28,7 +28,7 @@ use crate::threads::{self, ALWAYS};
 /// let curve = geometric_hermite(&[0.0, 1.0, 3.0], &views, &[rest.as_ref(); 3])?;
 /// assert_eq!((curve.pieces().len(), curve.t_span()), (2, (0.0, 3.0)));
 /// // The cost of a piece, 12, over the cube of its length.
-/// assert!((curve.cost()? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
+/// assert!((curve.cost(Interrupt::NEVER)? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 ///
@@ -332,11 +332,11 @@ impl<C: Curve> Curve for Piecewise<C> {
         Ok(Samples::from_entries(self.n(), self.k(), parts.concat()))
     }
 
-    fn cost_interruptible(&self, interrupt: Interrupt<'_>) -> Result<f64> {
+    fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64> {
         let mut sum = 0.0;
         for (i, piece) in self.pieces.iter().enumerate() {
             // The square of a second derivative, integrated over time.
-            sum += piece.cost_interruptible(interrupt)? * self.length(i).powi(-3);
+            sum += piece.cost(interrupt)? * self.length(i).powi(-3);
         }
         if sum.is_finite() {
             return Ok(sum);
@@ -344,12 +344,9 @@ impl<C: Curve> Curve for Piecewise<C> {
         Err(Error::Overflow { quantity: "cost" })
     }
 
-    fn derivative_bounds_interruptible(
-        &self,
-        interrupt: Interrupt<'_>,
-    ) -> Result<DerivativeBounds> {
+    fn derivative_bounds(&self, interrupt: Interrupt<'_>) -> Result<DerivativeBounds> {
         let of_piece = |(): &mut (), piece: usize| {
-            let bounds = self.pieces[piece].derivative_bounds_interruptible(interrupt)?;
+            let bounds = self.pieces[piece].derivative_bounds(interrupt)?;
             bounds.slowed(self.length(piece))
         };
         let all = threads::map(self.pieces.len(), ALWAYS, || (), of_piece)?;

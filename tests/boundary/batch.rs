@@ -3,7 +3,7 @@
 
 use faer::{Mat, MatRef};
 use stiefel_rs::cubic::{BoundaryOptions, BoundarySolution, solve_boundary};
-use stiefel_rs::{Curve, Error, Result};
+use stiefel_rs::{Curve, Error, Interrupt, Result};
 
 use crate::common::{Rng, assert_within, random_point};
 use crate::data::Data;
@@ -50,7 +50,7 @@ fn a_batch_has_the_solutions_of_single_problems() {
                 let error = (found - &exact).norm_l2() / (1.0 + exact.norm_l2());
                 assert_within(error, 1e-10, &format!("{name} on St({n}, {k})"));
             }
-            let cost = curve.cost().unwrap();
+            let cost = curve.cost(Interrupt::NEVER).unwrap();
             let error = (solution.cost - cost).abs() / (1.0 + cost);
             assert_within(error, 1e-10, &format!("cost on St({n}, {k})"));
             assert!(solution.residual <= 1e-12, "{:e}", solution.residual);
@@ -87,7 +87,7 @@ fn shapes_may_differ() {
         .map(|shape| Data::random(shape, 1.5, 1.5, &mut rng))
         .into();
     for (data, solution) in data.iter().zip(solved(&data)) {
-        let cost = data.solve().unwrap().cost().unwrap();
+        let cost = data.solve().unwrap().cost(Interrupt::NEVER).unwrap();
         assert_within((solution.unwrap().cost / cost - 1.0).abs(), 1e-10, "cost");
     }
 }

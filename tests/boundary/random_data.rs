@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use stiefel_rs::cubic::IntegrationOptions;
-use stiefel_rs::{Curve, Error, RiemannianCubic, Strategy};
+use stiefel_rs::{Curve, Error, Interrupt, RiemannianCubic, Strategy};
 
 use crate::common::{
     Rng, assert_close, assert_within, distance, frobenius, random_orthogonal, random_point,
@@ -142,11 +142,11 @@ fn speeds_of_thirty_are_solved_from_both_ends() {
             data.v0 = random_tangent(&data.s0, speed, &mut rng);
             data.v1 = random_tangent(&data.s1, speed, &mut rng);
             let there = data.solve().unwrap_or_else(|e| panic!("{shape:?}: {e}"));
-            let cost = there.cost().unwrap();
+            let cost = there.cost(Interrupt::NEVER).unwrap();
             assert!(cost < 10.0 * speed * speed, "{shape:?}: {cost:.3e}");
             assert_within(data.defect(&there), speed * END, &format!("{shape:?}"));
             let back = data.reversed().solve().unwrap();
-            let ratio = back.cost().unwrap() / cost;
+            let ratio = back.cost(Interrupt::NEVER).unwrap() / cost;
             assert_within((ratio - 1.0).abs(), 1e-9, &format!("{shape:?}, reversed"));
         }
     }
@@ -167,7 +167,7 @@ fn whole_turns_are_made_as_often_as_the_speed_says() {
                 s1: s,
                 v1: v,
             };
-            let cost = data.solve().unwrap().cost().unwrap();
+            let cost = data.solve().unwrap().cost(Interrupt::NEVER).unwrap();
             let turns = (speed / turn).round();
             let least = 12.0 * (turns * turn - speed).powi(2);
             assert!(

@@ -27,10 +27,15 @@ fn known_starts(data: &Data) -> (Vec<[Mat<f64>; 2]>, Option<f64>) {
     if let Ok(curve) = GeodesicPolynomial::from_boundary(s0, v0, s1, v1) {
         starts.extend(at_start(&|q| curve.sample(&[0.0], q, Interrupt::NEVER)));
     }
-    if let Ok(curve) = GeometricPolynomial::minimal_cost(s0, v0, s1, v1, 6) {
+    if let Ok((curve, _)) = GeometricPolynomial::minimal_cost(s0, v0, s1, v1, 6, Interrupt::NEVER) {
         starts.extend(at_start(&|q| curve.sample(&[0.0], q, Interrupt::NEVER)));
     }
-    (starts, geometric.and_then(|curve| curve.cost()).ok())
+    (
+        starts,
+        geometric
+            .and_then(|curve| curve.cost(Interrupt::NEVER))
+            .ok(),
+    )
 }
 
 fn all_found(data: &Data) -> Vec<RiemannianCubic> {
@@ -50,7 +55,7 @@ fn solutions_are_no_dearer_than_the_de_casteljau_curve() {
             };
             compared += 1;
             // The solver knows the bound to one percent.
-            dearer += usize::from(curve.cost().unwrap() > bound * 1.02);
+            dearer += usize::from(curve.cost(Interrupt::NEVER).unwrap() > bound * 1.02);
         }
         println!("{shape:?}: {dearer} of {compared} dearer");
         assert!(2 * compared > count, "{shape:?}: {compared} have both");
@@ -68,14 +73,14 @@ fn a_search_finds_what_known_curves_lead_to() {
         let mut rng = Rng::new(29);
         for i in 0..count {
             let data = Data::random(shape, 3.0, 6.0, &mut rng);
-            let cheapest = all_found(&data)[0].cost().unwrap();
+            let cheapest = all_found(&data)[0].cost(Interrupt::NEVER).unwrap();
             for [a, j] in &known_starts(&data).0 {
                 let options = BoundaryOptions {
                     guess: Some((a.as_ref(), j.as_ref())),
                     ..Default::default()
                 };
                 if let Ok(curve) = data.solve_with(&options) {
-                    let cost = curve.cost().unwrap();
+                    let cost = curve.cost(Interrupt::NEVER).unwrap();
                     assert!(
                         cheapest <= cost * (1.0 + 1e-6),
                         "{shape:?}, {i}: {cheapest} > {cost}"
@@ -117,9 +122,12 @@ fn several_solutions_are_distinct_and_ranked() {
         "full turns around the sphere: {}",
         all.len()
     );
-    let costs: Vec<f64> = all.iter().map(|c| c.cost().unwrap()).collect();
+    let costs: Vec<f64> = all
+        .iter()
+        .map(|c| c.cost(Interrupt::NEVER).unwrap())
+        .collect();
     assert!(costs.is_sorted(), "{costs:?}");
-    assert!(costs[0] <= data.solve().unwrap().cost().unwrap() * (1.0 + 1e-9));
+    assert!(costs[0] <= data.solve().unwrap().cost(Interrupt::NEVER).unwrap() * (1.0 + 1e-9));
     for (i, curve) in all.iter().enumerate() {
         assert_within(data.defect(curve), END, "one of several");
         for other in &all[..i] {

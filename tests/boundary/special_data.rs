@@ -2,7 +2,7 @@
 
 use faer::{Mat, mat};
 use stiefel_rs::cubic::{BoundaryOptions, SearchOptions};
-use stiefel_rs::{Curve, Error, Geodesic, RiemannianCubic, Strategy};
+use stiefel_rs::{Curve, Error, Geodesic, Interrupt, RiemannianCubic, Strategy};
 
 use crate::common::{
     Rng, assert_close, assert_within, counted, distance, random_point, random_rotation,
@@ -30,11 +30,11 @@ fn equal_points_and_no_velocities_give_the_constant_curve() {
         };
         for curve in [data.solve().unwrap(), data.solve_with(&guessed).unwrap()] {
             assert_close(&curve.point(0.4).unwrap(), &s, 1e-14, "constant");
-            assert!(curve.cost().unwrap() < 1e-25);
+            assert!(curve.cost(Interrupt::NEVER).unwrap() < 1e-25);
         }
         let [s0, v0, s1, v1] = [&data.s0, &data.v0, &data.s1, &data.v1].map(Mat::as_ref);
         let all = RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &SearchOptions::default());
-        assert!(all.unwrap()[0].cost().unwrap() < 1e-25);
+        assert!(all.unwrap()[0].cost(Interrupt::NEVER).unwrap() < 1e-25);
     }
 }
 
@@ -169,7 +169,7 @@ fn opposite_points_with_slow_ends_are_joined() {
             assert_close(&curve.point(1.0).unwrap(), &data.s1, END, "end point");
             // From rest to rest, half a great circle costs 12 pi^2, which speeds change by at most 24 pi times their
             // sum.
-            let cost = curve.cost().unwrap();
+            let cost = curve.cost(Interrupt::NEVER).unwrap();
             let rest = 12.0 * std::f64::consts::PI.powi(2);
             let most = rest * (1.0 + 1e-9) + 48.0 * std::f64::consts::PI * speed;
             assert!(cost <= most, "St({n}, {k}), {speed}: {cost} > {most}");

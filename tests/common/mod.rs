@@ -218,13 +218,18 @@ impl Boundary {
         .unwrap_or_else(|e| panic!("{:?}: {e}", self.s0.shape()))
     }
 
+    pub fn all(&self) -> Vec<&Mat<f64>> {
+        vec![&self.s0, &self.v0, &self.s1, &self.v1]
+    }
+
+    /// From all four matrices, in the order of [`Boundary::all`].
+    pub fn of(all: &[Mat<f64>]) -> Self {
+        let [s0, v0, s1, v1] = [0, 1, 2, 3].map(|i| all[i].clone());
+        Boundary { s0, v0, s1, v1 }
+    }
+
     pub fn mapped(&self, f: impl Fn(&Mat<f64>) -> Mat<f64>) -> Self {
-        Boundary {
-            s0: f(&self.s0),
-            v0: f(&self.v0),
-            s1: f(&self.s1),
-            v1: f(&self.v1),
-        }
+        Boundary::of(&self.all().into_iter().map(f).collect::<Vec<_>>())
     }
 }
 
@@ -302,6 +307,44 @@ pub fn assert_within(defect: f64, bound: f64, what: &str) {
 pub fn assert_close(a: &Mat<f64>, b: &Mat<f64>, bound: f64, what: &str) {
     assert_eq!(a.shape(), b.shape(), "{what}: shapes differ");
     assert_within(distance(a, b), bound, what);
+}
+
+/// The orthogonal matrices that act on `n x k` matrices: `A -> L A`, or `A -> L A R`.
+#[derive(Clone, Copy)]
+pub enum Actions {
+    Left,
+    Both,
+}
+
+/// Fails unless a function of matrices of one shape commutes with random orthogonal transformations, to a bound in the
+/// Frobenius norm of each result.
+#[track_caller]
+pub fn assert_equivariant(
+    actions: Actions,
+    data: &[&Mat<f64>],
+    function: impl Fn(&[Mat<f64>]) -> Vec<Mat<f64>>,
+    bound: f64,
+    what: &str,
+    rng: &mut Rng,
+) {
+    let (n, k) = data[0].shape();
+    let left = random_orthogonal(n, rng);
+    let right = match actions {
+        Actions::Left => identity(k),
+        Actions::Both => random_orthogonal(k, rng),
+    };
+    let data: Vec<Mat<f64>> = data.iter().map(|a| (*a).clone()).collect();
+    let moved: Vec<Mat<f64>> = data.iter().map(|a| &left * a * &right).collect();
+    let (here, there) = (function(&data), function(&moved));
+    assert_eq!(here.len(), there.len(), "{what}: as many results");
+    for (here, there) in here.iter().zip(&there) {
+        assert_close(
+            &(&left * here * &right),
+            there,
+            bound,
+            &format!("equivariance, {what}"),
+        );
+    }
 }
 
 /// The largest of many defects, and the case in which it occurred; printed with `--nocapture`.

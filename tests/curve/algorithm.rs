@@ -4,8 +4,8 @@ use faer::{Mat, Scale};
 use stiefel_rs::{Curve, orthogonal_log, skew_exp};
 
 use crate::common::{
-    Boundary, Rng, SIZES, Worst, assert_close, distance, frobenius, project_off, random_orthogonal,
-    random_point,
+    Actions, Boundary, Rng, SIZES, Worst, assert_close, assert_equivariant, distance, frobenius,
+    project_off, random_point,
 };
 use crate::end_conditions::TIMES;
 
@@ -93,23 +93,16 @@ fn lives_in_the_span_of_its_data() {
 #[test]
 fn is_equivariant_under_both_orthogonal_actions() {
     let mut rng = Rng::new(7);
-    let mut worst = Worst::new("A curve B - curve of A data B");
     for size in SIZES {
         let data = Boundary::random(size, 1.0, 1.0, &mut rng);
-        let (a, b) = (
-            random_orthogonal(size.0, &mut rng),
-            random_orthogonal(size.1, &mut rng),
-        );
-        let moved = data.mapped(|x| &a * x * &b).curve();
-        for t in TIMES {
-            let error = distance(
-                &(&a * data.curve().point(t).unwrap() * &b),
-                &moved.point(t).unwrap(),
-            );
-            worst.see(error, || format!("{size:?}, t = {t}"));
-        }
+        let points = |a: &[Mat<f64>]| {
+            TIMES
+                .map(|t| Boundary::of(a).curve().point(t).unwrap())
+                .to_vec()
+        };
+        let what = format!("{size:?}");
+        assert_equivariant(Actions::Both, &data.all(), points, 1e-13, &what, &mut rng);
     }
-    worst.assert_at_most(1e-13);
 }
 
 /// So does each stage: `between` of exchanged points is the reversed curve.

@@ -37,15 +37,15 @@ fn parts_reversals_and_other_parameters_are_the_same_points() {
             let found = state_of(&other, -3.0 + 5.0 * t);
             assert_within(state_distance(&found, &expected), bound, "other times");
         }
-        let cost = curve.cost().unwrap();
+        let cost = curve.cost(Interrupt::NEVER).unwrap();
         assert_within(
-            (back.cost().unwrap() - cost).abs(),
+            (back.cost(Interrupt::NEVER).unwrap() - cost).abs(),
             1e-13 * cost,
             "reversed",
         );
         // Squares of second derivatives, integrated over time: the third power of the speed.
         assert_within(
-            (125.0 * other.cost().unwrap() - cost).abs(),
+            (125.0 * other.cost(Interrupt::NEVER).unwrap() - cost).abs(),
             1e-13 * cost,
             "other times",
         );
@@ -53,7 +53,7 @@ fn parts_reversals_and_other_parameters_are_the_same_points() {
         let sum: f64 = pieces
             .map(|(a, b)| curve.restricted(a, b, Interrupt::NEVER).unwrap())
             .iter()
-            .map(|c| c.cost().unwrap())
+            .map(|c| c.cost(Interrupt::NEVER).unwrap())
             .sum();
         assert_within((sum - cost).abs(), 1e-13 * cost, "sum of parts");
         // Reversed twice and mapped back to the original times, it is the same curve.
@@ -190,8 +190,8 @@ fn cost_is_that_of_quadrature() {
         let curve = from_state(&random_state((n, k), [1.0; 3], &mut rng), &until(3.0));
         for (start, end) in [(0.0, 3.0), (0.2, 0.9), (-1.0, 4.0)] {
             let curve = curve.restricted(start, end, Interrupt::NEVER).unwrap();
-            let exact = Plain(curve.clone()).cost().unwrap();
-            let error = (curve.cost().unwrap() - exact).abs();
+            let exact = Plain(curve.clone()).cost(Interrupt::NEVER).unwrap();
+            let error = (curve.cost(Interrupt::NEVER).unwrap() - exact).abs();
             // The tolerance of the quadrature.
             assert_within(
                 error,

@@ -1,7 +1,7 @@
 //! Symmetries, and curves with closed forms.
 
 use faer::{Mat, Scale};
-use stiefel_rs::{Curve, Geodesic};
+use stiefel_rs::{Curve, Geodesic, Interrupt};
 
 use crate::common::{
     EPS, Rng, SIZES, assert_close, assert_within, conjugated, orthonormality, random_orthogonal,
@@ -71,7 +71,11 @@ fn geodesics_are_cubics_without_acceleration() {
             let (found, expected) = (curve.point(t).unwrap(), geodesic.point(t).unwrap());
             assert_close(&found, &expected, 100.0 * EPS * n as f64, "geodesic");
         }
-        assert_within(curve.cost().unwrap(), 1e-28, "cost of a geodesic");
+        assert_within(
+            curve.cost(Interrupt::NEVER).unwrap(),
+            1e-28,
+            "cost of a geodesic",
+        );
         assert_within(curve.energy().unwrap().abs(), 1e-28, "energy of a geodesic");
     }
 }
@@ -90,7 +94,7 @@ fn what_does_not_move_stays() {
                     "still",
                 );
             }
-            assert_eq!(curve.cost().unwrap(), 0.0);
+            assert_eq!(curve.cost(Interrupt::NEVER).unwrap(), 0.0);
             assert_eq!(curve.energy().unwrap(), 0.0);
         }
     }

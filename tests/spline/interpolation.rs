@@ -3,7 +3,7 @@
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions};
 use stiefel_rs::spline::{EndCondition, EndConditions, cubic_hermite, geometric_hermite};
-use stiefel_rs::{Curve, RiemannianCubic};
+use stiefel_rs::{Curve, Interrupt, RiemannianCubic};
 
 use crate::common::{Rng, assert_within, distance, random_point, random_rotation, random_tangent};
 use crate::knots::{views, walk};
@@ -61,8 +61,8 @@ fn a_clamped_spline_through_a_cubic_is_that_cubic() {
             );
         }
         assert_within(
-            (curve.cost().unwrap() - cubic.cost().unwrap()).abs(),
-            1e-9 * cubic.cost().unwrap(),
+            (curve.cost(Interrupt::NEVER).unwrap() - cubic.cost(Interrupt::NEVER).unwrap()).abs(),
+            1e-9 * cubic.cost(Interrupt::NEVER).unwrap(),
             "cost",
         );
         // The same with accelerations given at both ends.
@@ -104,7 +104,7 @@ fn the_natural_spline_costs_least() {
         let (curve, _) = spline(&t, &points, &EndConditions::Natural);
         let velocities: Vec<Mat<f64>> =
             t.iter().map(|t| curve.derivative(*t, 1).unwrap()).collect();
-        let cost = curve.cost().unwrap();
+        let cost = curve.cost(Interrupt::NEVER).unwrap();
         let mut rng = Rng::new(5);
         for _ in 0..6 {
             let change = random_tangent(&points[1], 1e-2, &mut rng);
@@ -117,7 +117,7 @@ fn the_natural_spline_costs_least() {
                     &views(&velocities),
                     &BoundaryOptions::default(),
                 );
-                other.unwrap().cost().unwrap()
+                other.unwrap().cost(Interrupt::NEVER).unwrap()
             };
             let (plus, minus) = (cost_at(1.0), cost_at(-1.0));
             assert!(
@@ -234,6 +234,9 @@ fn hermite_curves_have_their_velocities() {
                 }
             }
         }
-        assert!(exact.cost().unwrap() <= quick.cost().unwrap() * (1.0 + 1e-10));
+        assert!(
+            exact.cost(Interrupt::NEVER).unwrap()
+                <= quick.cost(Interrupt::NEVER).unwrap() * (1.0 + 1e-10)
+        );
     }
 }

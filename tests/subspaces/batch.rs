@@ -66,7 +66,7 @@ fn each_is_the_one_that_is_solved_alone_on_any_number_of_threads() {
             let alone = BoundarySolution {
                 acceleration,
                 jerk,
-                cost: curve.cost().unwrap(),
+                cost: curve.cost(Interrupt::NEVER).unwrap(),
                 residual: curve.report().unwrap().residual,
             };
             assert_eq!(*found, bits(&alone), "{shape:?}");

@@ -2,7 +2,7 @@
 
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic};
-use stiefel_rs::{Curve, Quotient};
+use stiefel_rs::{Curve, Interrupt, Quotient};
 
 use crate::common::{Rng, assert_close, assert_within, gaussian, random_orthogonal, random_point};
 use crate::{SHAPES, horizontal, reflection, view};
@@ -47,7 +47,8 @@ fn the_cubic_with_the_ends_of_another_is_that_one() {
         assert!(found.report().unwrap().converged);
         assert_close(&found.initial().unwrap()[3], &j, 1e-9, &what);
         assert_within(
-            (found.cost().unwrap() / known.cost().unwrap() - 1.0).abs(),
+            (found.cost(Interrupt::NEVER).unwrap() / known.cost(Interrupt::NEVER).unwrap() - 1.0)
+                .abs(),
             1e-11,
             &what,
         );

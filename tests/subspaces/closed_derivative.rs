@@ -114,7 +114,8 @@ fn periodic_splines_by_their_data() {
             };
             let off = total(&gradient) - sum;
             assert_within(off.abs() / (1.0 + sum.abs()), 1e-9, &what);
-            let cost = |s: f64| Mat::from_fn(1, 1, |_, _| data.of(t, s).cost().unwrap());
+            let cost =
+                |s: f64| Mat::from_fn(1, 1, |_, _| data.of(t, s).cost(Interrupt::NEVER).unwrap());
             let expected = difference(cost)[(0, 0)];
             let gradient = curve.cost_gradient(&ends, Interrupt::NEVER).unwrap();
             let off = total(&gradient) - expected;

@@ -194,7 +194,7 @@ fn by_boundary_data() {
             + product(&gradient.s1, &p1)
             + product(&gradient.v1, &dv1);
         assert_within((total - sum).abs() / (1.0 + sum.abs()), 1e-9, &what);
-        let cost = |s: f64| Mat::from_fn(1, 1, |_, _| of(s).cost().unwrap());
+        let cost = |s: f64| Mat::from_fn(1, 1, |_, _| of(s).cost(Interrupt::NEVER).unwrap());
         let expected = difference(cost)[(0, 0)];
         let found = derivative.cost(&variation).unwrap();
         assert_within(

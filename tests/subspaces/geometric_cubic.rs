@@ -30,7 +30,9 @@ fn boundary_data_are_met() {
                 &v * Scale(speed / v.norm_l2())
             });
             let [y0, y1] = [view(&ends[0]), view(&ends[1])];
-            let Ok(curve) = SubspacePolynomial::from_boundary(y0, view(&v0), y1, view(&v1)) else {
+            let Ok(curve) =
+                SubspacePolynomial::from_boundary(y0, view(&v0), y1, view(&v1), Interrupt::NEVER)
+            else {
                 // Inner control points at a principal angle above pi/2.
                 assert!(speed > 1.0, "{shape:?}");
                 continue;

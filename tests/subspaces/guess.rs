@@ -2,7 +2,7 @@
 
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic};
-use stiefel_rs::{Curve, Error, Quotient, Result};
+use stiefel_rs::{Curve, Error, Interrupt, Quotient, Result};
 
 use crate::common::{Rng, assert_close, assert_within, gaussian, random_orthogonal, random_point};
 use crate::derivative::vector;
@@ -65,9 +65,9 @@ fn the_solution_near_a_guess_is_found_where_without_one_another_is() {
                 report.converged && report.iterations <= 8,
                 "{what}: {report}"
             );
-            let cost = found.cost().unwrap();
+            let cost = found.cost(Interrupt::NEVER).unwrap();
             let other = match between(&data, None, tension) {
-                Ok(other) => other.cost().unwrap(),
+                Ok(other) => other.cost(Interrupt::NEVER).unwrap(),
                 // Such fast data may exceed the work limit.
                 Err(Error::NoConvergence { .. }) => continue,
                 Err(error) => panic!("{what}: {error}"),
@@ -100,7 +100,9 @@ fn a_guess_leads_to_either_sense_of_a_line() {
             let data = [y0.clone(), v0.clone(), y1.clone(), v1.clone()];
             let found = between(&data, Some([&a, &j]), 0.0).unwrap();
             assert_close(&found.point(1.0).unwrap(), &end, 1e-11, "sense");
-            let off = found.cost().unwrap() / on_sphere.cost().unwrap() - 1.0;
+            let off = found.cost(Interrupt::NEVER).unwrap()
+                / on_sphere.cost(Interrupt::NEVER).unwrap()
+                - 1.0;
             assert_within(off.abs(), 1e-9, "cost");
         }
     }
@@ -148,7 +150,7 @@ fn perpendicular_lines_with_a_guess() {
     )
     .unwrap();
     let quarter = std::f64::consts::FRAC_PI_2;
-    let off = found.cost().unwrap() / (12.0 * quarter * quarter) - 1.0;
+    let off = found.cost(Interrupt::NEVER).unwrap() / (12.0 * quarter * quarter) - 1.0;
     assert_within(off.abs(), 1e-10, "quarter");
 }
 
@@ -180,7 +182,7 @@ fn a_guess_in_the_whole_space_and_at_the_same_subspace() {
     let rest = Mat::zeros(3, 3);
     let data = [first.clone(), rest.clone(), last, rest.clone()];
     let found = between(&data, Some([&rest, &rest]), 0.0).unwrap();
-    assert_eq!(found.cost().unwrap(), 0.0);
+    assert_eq!(found.cost(Interrupt::NEVER).unwrap(), 0.0);
     assert_close(&found.point(1.0).unwrap(), &first, 1e-14, "whole");
     // Coordinate columns, and a permutation of them.
     let y0 = Mat::<f64>::identity(4, 4).subcols(0, 2).to_owned();
@@ -188,6 +190,6 @@ fn a_guess_in_the_whole_space_and_at_the_same_subspace() {
     let rest = Mat::zeros(4, 2);
     let data = [y0.clone(), rest.clone(), swapped, rest.clone()];
     let found = between(&data, Some([&rest, &rest]), 0.0).unwrap();
-    assert_within(found.cost().unwrap(), 1e-20, "still");
+    assert_within(found.cost(Interrupt::NEVER).unwrap(), 1e-20, "still");
     assert_close(&found.point(1.0).unwrap(), &y0, 1e-14, "permuted");
 }

@@ -4,7 +4,7 @@ use faer::{Mat, Scale};
 use stiefel_rs::cubic::{
     IntegrationOptions, RiemannianCubic, SplittingOptions, SplittingOrder, integrate_cubic,
 };
-use stiefel_rs::{Curve, Error, Quotient};
+use stiefel_rs::{Curve, Error, Interrupt, Quotient};
 
 use crate::common::{
     Rng, assert_close, assert_within, distance, gaussian, orthonormality, random_orthogonal,
@@ -81,7 +81,10 @@ fn cubics_are_those_of_reflections() {
                 assert_within(turned.norm_l2(), 1e-13, &what);
             }
             // The canonical length of reflections is twice that of subspaces.
-            let costs = [curve.cost().unwrap(), oracle.cost().unwrap()];
+            let costs = [
+                curve.cost(Interrupt::NEVER).unwrap(),
+                oracle.cost(Interrupt::NEVER).unwrap(),
+            ];
             assert_within((4.0 * costs[0] - costs[1]).abs() / costs[1], 1e-12, "cost");
             let lengths = [&curve, &oracle].map(|curve| curve.arc_length(0.0, 1.5).unwrap());
             assert_within(
@@ -100,7 +103,7 @@ fn bounds_of_derivatives_hold_and_are_near() {
     let mut rng = Rng::new(2);
     for shape in SHAPES {
         let curve = cubic(&data(shape, &mut rng), &SUBSPACES);
-        let bounds = curve.derivative_bounds().unwrap();
+        let bounds = curve.derivative_bounds(Interrupt::NEVER).unwrap();
         let mut largest = [0.0_f64; 3];
         for i in 0..=300 {
             let t = 1.5 * f64::from(i) / 300.0;

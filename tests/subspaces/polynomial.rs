@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use faer::{Mat, Scale};
 use stiefel_rs::{
-    Curve, Error, Geodesic, GeometricPolynomial, Grassmann, Quotient, SubspacePolynomial,
+    Curve, Error, Geodesic, GeometricPolynomial, Grassmann, Interrupt, Quotient, SubspacePolynomial,
 };
 
 use crate::common::{
@@ -74,12 +74,17 @@ fn cost_and_length_are_those_of_reflections() {
     for shape in SHAPES {
         let points = walk(shape, 3, 0.7, &mut rng);
         let (curve, oracle) = (polynomial(&points), of_reflections(&points));
-        let cost = 4.0 * curve.cost().unwrap() / oracle.cost().unwrap() - 1.0;
+        let cost = 4.0 * curve.cost(Interrupt::NEVER).unwrap()
+            / oracle.cost(Interrupt::NEVER).unwrap()
+            - 1.0;
         let length =
             2.0 * curve.arc_length(0.0, 1.0).unwrap() / oracle.arc_length(0.0, 1.0).unwrap() - 1.0;
         assert_within(cost.abs().max(length.abs()), 2e-12, &format!("{shape:?}"));
-        let [found, expected] = [curve.derivative_bounds(), oracle.derivative_bounds()]
-            .map(|bounds| bounds.unwrap().acceleration);
+        let [found, expected] = [
+            curve.derivative_bounds(Interrupt::NEVER),
+            oracle.derivative_bounds(Interrupt::NEVER),
+        ]
+        .map(|bounds| bounds.unwrap().acceleration);
         assert_within(
             (2.0 * found / expected - 1.0).abs(),
             1e-9,
@@ -277,7 +282,7 @@ fn degenerate_points() {
         1e-11,
         "constant, far away",
     );
-    assert_within(curve.cost().unwrap(), 1e-25, "constant");
+    assert_within(curve.cost(Interrupt::NEVER).unwrap(), 1e-25, "constant");
     // The manifold is a single point.
     let whole = [
         cyclic_permutation(4),
@@ -321,8 +326,14 @@ fn right_angles_are_errors_with_the_angle() {
     let (y, rest) = (plane(0, 1), Mat::<f64>::zeros(4, 2));
     let v = Mat::from_fn(4, 2, |i, j| if (i, j) == (2, 1) { 5.4 } else { 0.0 });
     for (wrong, [v0, v1]) in [("V0", [&v, &rest]), ("V1", [&rest, &v])] {
-        let error =
-            SubspacePolynomial::from_boundary(view(&y), view(v0), view(&y), view(v1)).unwrap_err();
+        let error = SubspacePolynomial::from_boundary(
+            view(&y),
+            view(v0),
+            view(&y),
+            view(v1),
+            Interrupt::NEVER,
+        )
+        .unwrap_err();
         let Error::InvalidArgument { name, found, .. } = error else {
             panic!("{error}");
         };
@@ -330,8 +341,14 @@ fn right_angles_are_errors_with_the_angle() {
         assert_within((found - 5.4).abs(), 1e-14, "speed");
     }
     let tilted = Mat::from_fn(4, 2, |i, j| if i == j { 0.1 } else { 0.0 });
-    let error = SubspacePolynomial::from_boundary(view(&y), view(&tilted), view(&y), view(&rest))
-        .unwrap_err();
+    let error = SubspacePolynomial::from_boundary(
+        view(&y),
+        view(&tilted),
+        view(&y),
+        view(&rest),
+        Interrupt::NEVER,
+    )
+    .unwrap_err();
     assert!(
         matches!(error, Error::NotHorizontal { name: "V0", .. }),
         "{error}"

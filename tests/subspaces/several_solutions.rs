@@ -2,7 +2,7 @@
 
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
-use stiefel_rs::{Curve, Error, Grassmann, Quotient};
+use stiefel_rs::{Curve, Error, Grassmann, Interrupt, Quotient};
 
 use crate::common::{Rng, assert_close, assert_within, random_orthogonal, random_point};
 use crate::derivative::vector;
@@ -18,7 +18,10 @@ fn all(data: &[Mat<f64>; 4], seed: u64) -> Vec<RiemannianCubic> {
 }
 
 fn costs(curves: &[RiemannianCubic]) -> Vec<f64> {
-    curves.iter().map(|curve| curve.cost().unwrap()).collect()
+    curves
+        .iter()
+        .map(|curve| curve.cost(Interrupt::NEVER).unwrap())
+        .collect()
 }
 
 /// Distinct cubics with the given ends, cheapest first.
@@ -149,8 +152,11 @@ fn random_problems_have_several_solutions() {
             let [a, b, c, d] = data.each_ref().map(view);
             let options = stiefel_rs::cubic::BoundaryOptions::default();
             let one = RiemannianCubic::between_subspaces(a, b, c, d, &options).unwrap();
-            let cheapest = found[0].cost().unwrap();
-            assert!(cheapest <= one.cost().unwrap() * (1.0 + 1e-3), "({n}, {k})");
+            let cheapest = found[0].cost(Interrupt::NEVER).unwrap();
+            assert!(
+                cheapest <= one.cost(Interrupt::NEVER).unwrap() * (1.0 + 1e-3),
+                "({n}, {k})"
+            );
             counts.push(found.len());
         }
         println!("({n}, {k}): {counts:?}");
@@ -180,7 +186,7 @@ fn solutions_in_many_dimensions_are_found_again_from_themselves() {
                 ..BoundaryOptions::default()
             };
             let again = RiemannianCubic::between_subspaces(a, b, c, d, &options).unwrap();
-            let [cost, known] = [&again, curve].map(|curve| curve.cost().unwrap());
+            let [cost, known] = [&again, curve].map(|curve| curve.cost(Interrupt::NEVER).unwrap());
             assert_within((cost / known - 1.0).abs(), 1e-9, &format!("({n}, {k})"));
         }
     }
@@ -196,13 +202,13 @@ fn the_same_subspace_the_whole_space_and_bad_input() {
     let data = [y0.clone(), rest.clone(), swapped, rest];
     let found = all(&data, 0);
     check(&found, &data, "permuted");
-    assert_within(found[0].cost().unwrap(), 1e-20, "still");
+    assert_within(found[0].cost(Interrupt::NEVER).unwrap(), 1e-20, "still");
     let whole = [(); 2].map(|()| random_orthogonal(3, &mut rng));
     let rest = Mat::zeros(3, 3);
     let [first, last] = whole;
     let found = all(&[first, rest.clone(), last, rest], 0);
     assert_eq!(found.len(), 1);
-    assert_eq!(found[0].cost().unwrap(), 0.0);
+    assert_eq!(found[0].cost(Interrupt::NEVER).unwrap(), 0.0);
     let data = [&y0, &y0, &y0, &y0].map(view);
     let [a, b, c, d] = data;
     let error = RiemannianCubic::all_between_subspaces(a, b, c, d, &SearchOptions::default());

@@ -5,7 +5,7 @@ use stiefel_rs::spline::{
     EndCondition, EndConditions, Piecewise, SmoothingOptions, SplineOptions, cubic_spline,
     smoothing_spline,
 };
-use stiefel_rs::{Curve, Error, Quotient, RiemannianCubic};
+use stiefel_rs::{Curve, Error, Interrupt, Quotient, RiemannianCubic};
 
 use crate::common::{Rng, assert_close, assert_within, gaussian, random_orthogonal, random_point};
 use crate::{SHAPES, horizontal, reflected, reflection, view};
@@ -130,7 +130,9 @@ pub fn check(curve: &impl Curve, oracle: &impl Curve, what: &str) {
         before = Some(y);
     }
     assert_within(
-        (4.0 * curve.cost().unwrap() / oracle.cost().unwrap() - 1.0).abs(),
+        (4.0 * curve.cost(Interrupt::NEVER).unwrap() / oracle.cost(Interrupt::NEVER).unwrap()
+            - 1.0)
+            .abs(),
         1e-10,
         what,
     );
@@ -258,7 +260,7 @@ fn closed_splines_that_reverse_a_direction_do_not_depend_on_their_first_knot() {
         let costs = [&points, &others].map(|points| {
             let ends = EndConditions::Periodic;
             spline(&t, points, &ends, Quotient::Subspaces, 0.0)
-                .cost()
+                .cost(Interrupt::NEVER)
                 .unwrap()
         });
         let off = (costs[0] / costs[1] - 1.0).abs();

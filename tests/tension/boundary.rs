@@ -74,7 +74,7 @@ fn angles_on_a_circle_are_hyperbolic() {
                     &format!("{theta} {ends:?}"),
                 );
             }
-            let (found, wanted) = (curve.cost().unwrap(), angle.cost());
+            let (found, wanted) = (curve.cost(Interrupt::NEVER).unwrap(), angle.cost());
             assert_within(
                 (found / wanted - 1.0).abs(),
                 1e-10,
@@ -111,7 +111,7 @@ fn cost_is_what_is_minimised() {
     let mut rng = Rng::new(3);
     let data = Data::random((5, 2), 1.5, 2.0, &mut rng);
     let [tension, other] = [6.0, 6.5];
-    let cost = |curve: &RiemannianCubic| curve.cost().unwrap();
+    let cost = |curve: &RiemannianCubic| curve.cost(Interrupt::NEVER).unwrap();
     let mine = data.solve_with(&in_tension(tension)).unwrap();
     let theirs = data.solve_with(&in_tension(other)).unwrap();
     let square = |curve: &RiemannianCubic| {
@@ -195,7 +195,9 @@ fn derivatives_are_those_of_the_solutions() {
             error < 1e-6 * (1.0 + frobenius(found[0].as_ref())),
             "{shape:?}: {error:e}"
         );
-        let [a, b] = ends.each_ref().map(|curve| curve.cost().unwrap());
+        let [a, b] = ends
+            .each_ref()
+            .map(|curve| curve.cost(Interrupt::NEVER).unwrap());
         let (slope, wanted) = (derivative.cost(&variation).unwrap(), (a - b) / (2.0 * h));
         assert!(
             (slope - wanted).abs() < 1e-5 * (1.0 + wanted.abs()),

@@ -2,7 +2,7 @@
 
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::{IntegrationOptions, SplittingOptions, SplittingOrder, integrate_cubic};
-use stiefel_rs::{Curve, RiemannianCubic, Stiefel};
+use stiefel_rs::{Curve, Interrupt, RiemannianCubic, Stiefel};
 
 use crate::circle::{Angle, point};
 use crate::common::{
@@ -76,7 +76,10 @@ fn tension_has_the_unit_of_a_rate_squared() {
         assert_within((other.tension() / 4e4 - 1.0).abs(), 1e-13, "tension");
     }
     assert_eq!(slow.reversed().tension(), 4.0);
-    let cost = [fast.cost().unwrap() * 1e-6, slow.cost().unwrap()];
+    let cost = [
+        fast.cost(Interrupt::NEVER).unwrap() * 1e-6,
+        slow.cost(Interrupt::NEVER).unwrap(),
+    ];
     assert_within((cost[0] / cost[1] - 1.0).abs(), 1e-12, "cost");
 }
 
@@ -86,7 +89,7 @@ fn bounds_of_derivatives_hold() {
         let mut rng = Rng::new((3 * n + k) as u64);
         let manifold = Stiefel::new(n, k).unwrap();
         let curve = curve(&random_state((n, k), &mut rng), 9.0, 2.0);
-        let bounds = curve.derivative_bounds().unwrap();
+        let bounds = curve.derivative_bounds(Interrupt::NEVER).unwrap();
         let mut largest = [0.0_f64; 3];
         for i in 0..=2000 {
             let [s, v, a, j] = state(&curve, f64::from(i) / 1000.0);

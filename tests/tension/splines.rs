@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef, Scale};
 use nalgebra::{DMatrix, DVector};
 use stiefel_rs::spline::{EndCondition, EndConditions, SplineOptions, cubic_spline};
-use stiefel_rs::{Curve, Error};
+use stiefel_rs::{Curve, Error, Interrupt};
 
 use crate::circle::point;
 use crate::common::{
@@ -214,7 +214,7 @@ fn costs_are_stationary() {
         )
         .unwrap();
         // The curve's own cost, minus the part due to the other tension.
-        let own = curve.cost().unwrap();
+        let own = curve.cost(Interrupt::NEVER).unwrap();
         let square: f64 = (0..3000)
             .map(|i| {
                 let at = 3.0 * (f64::from(i) + 0.5) / 3000.0;

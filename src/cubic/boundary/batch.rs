@@ -172,7 +172,7 @@ fn alone(
     let start = solution.start.clone();
     let taylor = solution.into_taylor(problem, options.interrupt)?;
     let (r, k) = problem.end[0].shape();
-    let cost = RiemannianCubic::of_taylor(r, k, None, taylor, None).cost()?;
+    let cost = RiemannianCubic::of_taylor(r, k, None, taylor, None).cost(options.interrupt)?;
     let residual = report.residual;
     Ok(transformed(
         problem,

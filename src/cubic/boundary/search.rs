@@ -12,6 +12,7 @@ use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::advised;
 use crate::report::Strategy;
 use crate::solve::gmres::norm;
@@ -25,7 +26,7 @@ pub(crate) const SEARCH_WORK: f64 = 4.0;
 /// ```
 /// use faer::mat;
 /// use stiefel_rs::cubic::{RiemannianCubic, SearchOptions};
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// // A quarter of a circle from rest to rest; the other way round it is three quarters.
 /// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]], mat![[0.0], [0.0]]);
 /// let options = SearchOptions { starts: 2, seed: 1, ..Default::default() };
@@ -33,8 +34,8 @@ pub(crate) const SEARCH_WORK: f64 = 4.0;
 ///     s0.as_ref(), rest.as_ref(), s1.as_ref(), rest.as_ref(), &options,
 /// )?;
 /// // The cost is 12 angle^2, the cheapest comes first.
-/// assert!((found[0].cost()? / (12.0 * std::f64::consts::FRAC_PI_2.powi(2)) - 1.0).abs() < 1e-10);
-/// assert!((found[1].cost()? / found[0].cost()? - 9.0).abs() < 1e-9);
+/// assert!((found[0].cost(Interrupt::NEVER)? / (12.0 * std::f64::consts::FRAC_PI_2.powi(2)) - 1.0).abs() < 1e-10);
+/// assert!((found[1].cost(Interrupt::NEVER)? / found[0].cost(Interrupt::NEVER)? - 9.0).abs() < 1e-9);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Clone, Copy)]
@@ -133,7 +134,7 @@ impl RiemannianCubic {
                 taylor,
                 Some(report),
             );
-            ranked.push((curve.cost()?, curve));
+            ranked.push((curve.cost(Interrupt::NEVER)?, curve));
         }
         ranked.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         Ok(ranked.into_iter().map(|(_, curve)| curve).collect())

@@ -12,11 +12,11 @@ pub(super) const SOLVER: &str = "Riemannian logarithm";
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::Stiefel;
+/// use stiefel_rs::{Interrupt, Stiefel};
 /// let s0 = mat![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]];
 /// let s1 = mat![[0.8, 0.0], [0.0, 0.6], [0.6, 0.0], [0.0, 0.8]];
 /// let manifold = Stiefel::new(4, 2)?;
-/// let (v, report) = manifold.log_with_report(s0.as_ref(), s1.as_ref())?;
+/// let (v, report) = manifold.log_with_report(s0.as_ref(), s1.as_ref(), Interrupt::NEVER)?;
 /// // Two turns out of the columns, by the principal angles.
 /// assert!((report.length - 0.8_f64.acos().hypot(0.6_f64.acos())).abs() < 1e-13);
 /// assert!((report.length - manifold.norm(s0.as_ref(), v.as_ref())?).abs() < 1e-13);

@@ -35,7 +35,7 @@ use crate::spline::piecewise::Piecewise;
 /// let views = points.each_ref().map(|point| point.as_ref());
 /// let t = [0.0, 1.0, 3.0];
 /// let curve = geometric_subspace_hermite(&t, &views, &[rest.as_ref(); 3], Interrupt::NEVER)?;
-/// assert!((curve.cost()? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
+/// assert!((curve.cost(Interrupt::NEVER)? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 pub fn geometric_subspace_hermite(
@@ -111,7 +111,7 @@ fn chained(
     for i in 1..t.len() {
         let (h, end) = (Scale(t[i] - t[i - 1]), points[i]);
         let [v0, v1] = [velocity.as_ref(), velocities[i]].map(|v| v * h);
-        let make = SubspacePolynomial::from_boundary_interruptible;
+        let make = SubspacePolynomial::from_boundary;
         let piece = make(start.as_ref(), v0.as_ref(), end, v1.as_ref(), interrupt)
             .map_err(|error| error.at_knot(i - 1))?;
         let turn = alignment(piece.point(1.0)?.as_ref(), end)?;

@@ -45,14 +45,14 @@ const SOLVER: &str = "smoothing spline";
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// use stiefel_rs::spline::{SmoothingOptions, smoothing_spline};
 /// let points = [0.0_f64, 0.5, 0.3, 0.9].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let (t, views) = ([0.0, 1.0, 2.0, 3.0], points.each_ref().map(|point| point.as_ref()));
 /// let with = |lambda| SmoothingOptions { lambda: Some(lambda), ..Default::default() };
 /// let close = smoothing_spline(&t, &views, None, &with(0.01))?;
 /// let smooth = smoothing_spline(&t, &views, None, &with(1.0))?;
-/// assert!(close.misfit < smooth.misfit && smooth.curve.cost()? < close.curve.cost()?);
+/// assert!(close.misfit < smooth.misfit && smooth.curve.cost(Interrupt::NEVER)? < close.curve.cost(Interrupt::NEVER)?);
 /// assert!(2.0 < smooth.degrees_of_freedom && smooth.degrees_of_freedom < close.degrees_of_freedom);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
@@ -239,7 +239,7 @@ fn between(
     let [s0, s1] = data;
     let found = match options.quotient {
         Quotient::Frames => {
-            let found = manifold.log_interruptible(s0, s1, options.interrupt);
+            let found = manifold.log_with_report(s0, s1, options.interrupt);
             found.map(|(velocity, log)| (velocity, (log.iterations, log.residual)))
         }
         Quotient::Subspaces => Grassmann::new(manifold.n(), manifold.k())?

@@ -12,6 +12,7 @@ use crate::cubic::RiemannianCubic;
 use crate::cubic::taylor::work::Work;
 use crate::curve::Curve;
 use crate::error::{Error, Result, unless_interrupted};
+use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::{Appearance, appearance};
 use crate::report::{SolverReport, StopReason};
 use crate::spline::chains::chain::{SpannedSpace, pieces};
@@ -216,7 +217,7 @@ fn cost(pieces: &[RiemannianCubic], lengths: &[f64]) -> Result<f64> {
         pieces.len(),
         COST,
         || (),
-        |(), leg| Ok(pieces[leg].cost()? * lengths[leg].powi(-3)),
+        |(), leg| Ok(pieces[leg].cost(Interrupt::NEVER)? * lengths[leg].powi(-3)),
     )?;
     Ok(each.iter().sum())
 }

@@ -55,7 +55,7 @@ fn one(
     Ok(BoundarySolution {
         acceleration,
         jerk,
-        cost: curve.cost()?,
+        cost: curve.cost(options.interrupt)?,
         residual: curve.report().map_or(0.0, |report| report.residual),
     })
 }

@@ -33,14 +33,14 @@ impl RiemannianCubic {
     /// ```
     /// use faer::mat;
     /// use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic};
-    /// use stiefel_rs::Curve;
+    /// use stiefel_rs::{Curve, Interrupt};
     /// // From rest to rest between two lines in the plane, whichever way their bases point.
     /// let (y0, rest) = (mat![[1.0], [0.0]], mat![[0.0], [0.0]]);
     /// let y1 = mat![[-1.0_f64.cos()], [-1.0_f64.sin()]];
     /// let [y0, y1, rest] = [&y0, &y1, &rest].map(|a| a.as_ref());
     /// let curve = RiemannianCubic::between_subspaces(y0, rest, y1, rest, &BoundaryOptions::default())?;
     /// assert!((curve.point(1.0)? + y1).norm_l2() < 1e-12);
-    /// assert!((curve.cost()? - 12.0).abs() < 1e-10);
+    /// assert!((curve.cost(Interrupt::NEVER)? - 12.0).abs() < 1e-10);
     /// # Ok::<(), stiefel_rs::Error>(())
     /// ```
     pub fn between_subspaces(
@@ -78,7 +78,11 @@ fn between_lines(data: SubspaceData<'_>, options: &BoundaryOptions<'_>) -> Resul
     let [there, back] = [[y1, v1], opposite.each_ref().map(|x| x.as_ref())]
         .map(|[y1, v1]| RiemannianCubic::between_frames([y0, v0, y1, v1], options));
     let cheapest = match (there, back) {
-        (Ok(there), Ok(back)) if back.cost()? < there.cost()? => back,
+        (Ok(there), Ok(back))
+            if back.cost(options.interrupt)? < there.cost(options.interrupt)? =>
+        {
+            back
+        }
         (Ok(there), _) => there,
         (Err(error), _) if error.is_interrupted() => return Err(error),
         (Err(error), back) => back.map_err(|_| error)?,

@@ -9,6 +9,7 @@ use crate::cubic::boundary::solver::scattered;
 use crate::cubic::{RiemannianCubic, SearchOptions};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, Strategy};
 use crate::solve::gmres::norm;
 use crate::spline::chains::descent::{self, Course::Along};
@@ -41,13 +42,13 @@ impl RiemannianCubic {
     /// ```
     /// use faer::mat;
     /// use stiefel_rs::cubic::{RiemannianCubic, SearchOptions};
-    /// use stiefel_rs::Curve;
+    /// use stiefel_rs::{Curve, Interrupt};
     /// // From rest to rest between two lines of the plane, by the angle 1 or by pi - 1 the other way.
     /// let (y0, y1, rest) = (mat![[1.0], [0.0]], mat![[1.0_f64.cos()], [1.0_f64.sin()]], mat![[0.0], [0.0]]);
     /// let [y0, y1, rest] = [&y0, &y1, &rest].map(|a| a.as_ref());
     /// let found = RiemannianCubic::all_between_subspaces(y0, rest, y1, rest, &SearchOptions::default())?;
-    /// assert!((found[0].cost()? - 12.0).abs() < 1e-9);
-    /// assert!((found[1].cost()? - 12.0 * (std::f64::consts::PI - 1.0).powi(2)).abs() < 1e-8);
+    /// assert!((found[0].cost(Interrupt::NEVER)? - 12.0).abs() < 1e-9);
+    /// assert!((found[1].cost(Interrupt::NEVER)? - 12.0 * (std::f64::consts::PI - 1.0).powi(2)).abs() < 1e-8);
     /// # Ok::<(), stiefel_rs::Error>(())
     /// ```
     pub fn all_between_subspaces(
@@ -83,7 +84,7 @@ impl RiemannianCubic {
 fn ranked(curves: Vec<RiemannianCubic>) -> Result<Vec<RiemannianCubic>> {
     let mut ranked = Vec::new();
     for curve in curves {
-        ranked.push((curve.cost()?, curve));
+        ranked.push((curve.cost(Interrupt::NEVER)?, curve));
     }
     ranked.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     Ok(ranked.into_iter().map(|(_, curve)| curve).collect())
