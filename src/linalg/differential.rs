@@ -18,7 +18,7 @@ use faer::{Mat, MatRef};
 
 use super::field::larger;
 use super::orthogonal_log::inverse_dexp;
-use super::product::mul_into;
+use super::product::{mul_into, product};
 use super::skew_schur::apply_ad_function;
 use super::structure::{check_finite, check_range, check_shape};
 use super::{OrthogonalLog, SkewSchur, skew_exp};
@@ -209,9 +209,8 @@ fn function_of_ad(
     mut skew: Mat<f64>,
     function: impl Fn(f64) -> (f64, f64),
 ) -> Mat<f64> {
-    let (basis, m) = (schur.basis(), skew.nrows());
-    let mut half = Mat::zeros(m, m);
-    mul_into(&mut half, 1.0, &skew, basis);
+    let basis = schur.basis();
+    let mut half = product(&skew, basis);
     mul_into(&mut skew, 1.0, basis.transpose(), &half);
     apply_ad_function(schur.angles(), skew.as_mut(), |x, _| function(x));
     mul_into(&mut half, 1.0, &skew, basis.transpose());

@@ -13,7 +13,7 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Mat, MatMut, MatRef, Par, Side};
 
-use super::product::{mul_add, mul_into};
+use super::product::{mul_add, mul_into, product};
 use super::structure::{gram, norm};
 
 /// Distance of the scaled Gram matrix from the identity up to which the inverse square root is computed by iteration: the
@@ -88,8 +88,7 @@ pub(crate) fn polar_near_orthonormal(a: MatRef<'_, f64>) -> Option<Mat<f64>> {
         }
     }
     let root = inverse_square_root(gram.as_ref())?;
-    let mut out = Mat::zeros(a.nrows(), k);
-    mul_into(&mut out, 1.0, a, &root);
+    let mut out = product(a, &root);
     // A quotient: that of a number and its modulus is exactly one.
     let size = mean.sqrt();
     for j in 0..k {

@@ -2,7 +2,7 @@
 
 use faer::linalg::matmul::matmul;
 use faer::mat::{AsMatMut, AsMatRef};
-use faer::{Accum, MatMut, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 /// Number of multiplications below which plain loops are faster than setting up the blocked product.
 const SMALL: usize = 6 * 6 * 6;
@@ -51,6 +51,14 @@ impl<M: AsMatRef<T = f64, Rows = usize, Cols = usize>> Readable for M {}
 /// ```
 pub trait Writable: AsMatMut<T = f64, Rows = usize, Cols = usize> {}
 impl<M: AsMatMut<T = f64, Rows = usize, Cols = usize>> Writable for M {}
+
+/// `a * b`.
+pub(crate) fn product(a: impl Readable, b: impl Readable) -> Mat<f64> {
+    let (a, b) = (a.as_mat_ref(), b.as_mat_ref());
+    let mut out = Mat::zeros(a.nrows(), b.ncols());
+    mul_into(&mut out, 1.0, a, b);
+    out
+}
 
 /// `dst = alpha * a * b`.
 pub fn mul_into(mut dst: impl Writable, alpha: f64, a: impl Readable, b: impl Readable) {

@@ -8,7 +8,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use triangular::BlockStructure::{Rectangular, TriangularLower};
 
 use crate::error::{Error, Result};
-use crate::linalg::product::mul_into;
+use crate::linalg::product::{mul_into, product};
 
 /// Range of sums of squares that lose no accuracy to overflow or subnormal numbers.
 pub(crate) const SAFE_SQUARES: std::ops::Range<f64> = 1e-280..1e280;
@@ -109,14 +109,26 @@ pub(crate) fn gram(y: MatRef<'_, f64>) -> Mat<f64> {
 
 /// `|Y^T Y - I|_F`, the distance of the columns of `y` from orthonormality; infinite on overflow.
 pub fn orthonormality_defect(y: MatRef<'_, f64>) -> f64 {
-    let k = y.ncols();
-    if k <= WHOLE {
-        let mut entries = [0.0; WHOLE * WHOLE];
-        let mut gram = MatMut::from_column_major_slice_mut(&mut entries[..k * k], k, k);
-        mul_into(gram.rb_mut(), 1.0, y.transpose(), y);
-        return gram_defect(gram.rb());
+    match y.ncols() <= WHOLE {
+        true => with_inner_products(y, y, gram_defect),
+        false => gram_defect(gram(y).as_ref()),
     }
-    gram_defect(gram(y).as_ref())
+}
+
+/// A function of `A^T B`, without allocation for few columns.
+pub(crate) fn with_inner_products(
+    a: MatRef<'_, f64>,
+    b: MatRef<'_, f64>,
+    function: impl FnOnce(MatRef<'_, f64>) -> f64,
+) -> f64 {
+    let (k, l) = (a.ncols(), b.ncols());
+    if k.max(l) > WHOLE {
+        return function(product(a.transpose(), b).as_ref());
+    }
+    let mut entries = [0.0; WHOLE * WHOLE];
+    let mut inner = MatMut::from_column_major_slice_mut(&mut entries[..k * l], k, l);
+    mul_into(inner.rb_mut(), 1.0, a.transpose(), b);
+    function(inner.rb())
 }
 
 /// `|G - I|_F` for a symmetric matrix given by its lower triangle; infinite on overflow.

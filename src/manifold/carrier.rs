@@ -6,7 +6,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::QuasiGeodesic;
 use crate::error::Result;
 use crate::linalg::SkewExp;
-use crate::linalg::product::{mul_add, mul_into};
+use crate::linalg::product::{mul_add, mul_into, product};
 use crate::solve::direction::Direction;
 
 /// `V -> e^{X} V e^{Omega}` and its inverse, for the factors of one quasi-geodesic, with buffers allocated once per
@@ -100,13 +100,13 @@ pub(crate) fn carried(curve: &QuasiGeodesic, v: MatRef<'_, f64>, t: f64) -> Resu
     let k = v.ncols();
     let mut turn = Mat::zeros(k, k);
     SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), t)?;
-    Ok(turned(curve, v, t) * turn)
+    Ok(product(turned(curve, v, t), turn))
 }
 
 /// `e^{tX} A` for the factor of a quasi-geodesic.
 pub(crate) fn turned(curve: &QuasiGeodesic, a: MatRef<'_, f64>, t: f64) -> Mat<f64> {
     let k = curve.k();
-    let mut components = curve.frame().transpose() * a;
+    let mut components = product(curve.frame().transpose(), a);
     for (i, angle) in curve.angles().iter().enumerate() {
         let [cos, sin] = turn_of(t * angle);
         for j in 0..a.ncols() {
@@ -115,5 +115,7 @@ pub(crate) fn turned(curve: &QuasiGeodesic, a: MatRef<'_, f64>, t: f64) -> Mat<f
             components[(k + i, j)] = cos * across + sin * along;
         }
     }
-    a + curve.frame() * components
+    let mut out = a.to_owned();
+    mul_add(&mut out, 1.0, curve.frame(), &components);
+    out
 }

@@ -12,7 +12,7 @@ use faer::{Mat, MatRef};
 
 use super::stiefel::{Stiefel, TANGENT_TOLERANCE};
 use crate::error::{Error, Result};
-use crate::linalg::product::{mul_add, mul_into};
+use crate::linalg::product::{mul_add, product};
 use crate::linalg::structure::{check_finite, check_range, check_shape, frobenius_inner, norm};
 
 /// Relative size of the component along the point up to which it is attributed to round-off of a horizontal vector.
@@ -176,8 +176,7 @@ impl Grassmann {
     /// `Shape`, `NonFinite`.
     pub fn projector(&self, y: MatRef<'_, f64>) -> Result<Mat<f64>> {
         self.check_matrices([("Y", y)])?;
-        let mut out = Mat::zeros(self.n, self.n);
-        mul_into(&mut out, 1.0, y, y.transpose());
+        let mut out = product(y, y.transpose());
         for j in 0..self.n {
             for i in 0..j {
                 out[(i, j)] = out[(j, i)];
@@ -196,8 +195,7 @@ impl Grassmann {
     ) -> Result<Mat<f64>> {
         self.check_matrices([("Y", y), (name, v)])?;
         let tolerance = tolerance * norm(v).max(1.0);
-        let mut along = Mat::zeros(self.k, self.k);
-        mul_into(&mut along, 1.0, y.transpose(), v);
+        let along = product(y.transpose(), v);
         // Overflowing products of both signs sum to NaN.
         let defect = match norm(along.as_ref()) {
             defect if defect.is_nan() => f64::INFINITY,
@@ -253,7 +251,6 @@ fn horizontal_part(y: MatRef<'_, f64>, z: MatRef<'_, f64>) -> Mat<f64> {
 
 /// `Z -= Y Y^T Z`.
 fn remove_part(y: MatRef<'_, f64>, z: &mut Mat<f64>) {
-    let mut along = Mat::zeros(y.ncols(), z.ncols());
-    mul_into(&mut along, 1.0, y.transpose(), &*z);
+    let along = product(y.transpose(), &*z);
     mul_add(z, -1.0, y, &along);
 }

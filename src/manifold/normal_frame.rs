@@ -5,7 +5,7 @@ use faer::{Mat, MatMut, MatRef};
 
 use crate::linalg::decomp::thin_q;
 use crate::linalg::gram_factors::CholeskyQr;
-use crate::linalg::product::{mul_add, mul_into};
+use crate::linalg::product::{mul_add, product};
 use crate::linalg::structure::{gram, norm};
 
 /// Conditioning above which one pass of Cholesky's factorisation is orthonormal to some tens of units of round-off; at
@@ -41,8 +41,7 @@ pub(crate) fn set_normal_part(
     normal.copy_from(v);
     mul_add(normal.rb_mut(), -1.0, s, along);
     if norm(normal.rb()) < SHORT_NORMAL * norm(along) {
-        let mut rest = Mat::zeros(s.ncols(), s.ncols());
-        mul_into(&mut rest, 1.0, s.transpose(), normal.rb());
+        let rest = product(s.transpose(), normal.rb());
         mul_add(normal, -1.0, s, &rest);
     }
 }

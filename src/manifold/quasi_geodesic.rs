@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::linalg::decomp::Svd;
 use crate::linalg::jet::{MatrixJet, ORDER};
 use crate::linalg::one_sided_jacobi::orthogonalise_few;
-use crate::linalg::product::{mul_add, mul_into};
+use crate::linalg::product::{mul_add, mul_into, product};
 use crate::linalg::{OrthogonalLog, SkewExp};
 
 /// A principal direction shorter than this is round-off: its angle is 0 (or pi, in which case the curve is not unique).
@@ -199,7 +199,7 @@ impl QuasiGeodesic {
             &self.right,
             &self.omega,
         );
-        &self.frame * &rates
+        product(&self.frame, &rates)
     }
 
     /// The same curve traversed backwards: `t -> beta(1 - t)`.

@@ -5,11 +5,11 @@ use faer::{Mat, MatRef};
 use super::metric::Metric;
 use crate::error::{Error, Result};
 use crate::linalg::decomp::polar_factor;
-use crate::linalg::product::{mul_add, mul_into};
+use crate::linalg::product::{mul_add, product};
 use crate::linalg::skew_exp::check_skew;
 use crate::linalg::structure::{
     check_finite, check_range, check_shape, frobenius_inner, gram, gram_defect, norm,
-    orthonormality_defect, skew_defect, skew_part, symmetric_part,
+    orthonormality_defect, skew_defect, skew_part, symmetric_part, with_inner_products,
 };
 
 /// Allowed defect of a point, `|S^T S - I|_F`.
@@ -148,8 +148,9 @@ impl Stiefel {
         v: MatRef<'_, f64>,
         tolerance: f64,
     ) -> Result<()> {
-        self.check_matrices([("S", s)])?;
-        self.checked_product(name, s, v, tolerance).map(drop)
+        self.check_matrices([("S", s), (name, v)])?;
+        let defect = with_inner_products(s, v, skew_defect);
+        check_tangency(name, v, defect, tolerance)
     }
 
     /// `S^T V` for a vector that is checked as by [`Stiefel::check_tangent`], at a finite point.
@@ -164,17 +165,9 @@ impl Stiefel {
         tolerance: f64,
     ) -> Result<Mat<f64>> {
         self.check_matrices([(name, v)])?;
-        let tolerance = tolerance * norm(v).max(1.0);
-        let product = gram_of(s, v);
-        let defect = skew_defect(product.as_ref());
-        if defect <= tolerance {
-            return Ok(product);
-        }
-        Err(Error::NotTangent {
-            name,
-            defect,
-            tolerance,
-        })
+        let inner = product(s.transpose(), v);
+        check_tangency(name, v, skew_defect(inner.as_ref()), tolerance)?;
+        Ok(inner)
     }
 
     /// Nearest point in the Frobenius norm, the polar factor of `y` (shape `(n, k)`).
@@ -255,13 +248,13 @@ impl Stiefel {
     /// `Shape`, `NonFinite`.
     pub fn split(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<(Mat<f64>, Mat<f64>)> {
         self.check_matrices([("S", s), ("V", v)])?;
-        let (product, mut normal) = (gram_of(s, v), v.to_owned());
-        mul_add(&mut normal, -1.0, s, &product);
+        let (inner, mut normal) = (product(s.transpose(), v), v.to_owned());
+        mul_add(&mut normal, -1.0, s, &inner);
         // Projected twice: a single projection leaves a component along S of size eps |V|, which may dominate a small
         // K.
-        let rest = gram_of(s, normal.as_ref());
+        let rest = product(s.transpose(), &normal);
         mul_add(&mut normal, -1.0, s, &rest);
-        Ok((normal, skew_part(product.as_ref())))
+        Ok((normal, skew_part(inner.as_ref())))
     }
 
     /// The paper's pair `(X, Omega)` of a tangent vector: `V = X S + S Omega` with `X` skew `(n, n)` and `Omega` skew
@@ -316,11 +309,22 @@ impl Stiefel {
     }
 }
 
-/// `S^T V`.
-fn gram_of(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Mat<f64> {
-    let mut product = Mat::zeros(s.ncols(), v.ncols());
-    mul_into(&mut product, 1.0, s.transpose(), v);
-    product
+/// Returns an error unless `S^T V` has at most the given defect, relative to `max(1, |V|_F)`.
+fn check_tangency(
+    name: &'static str,
+    v: MatRef<'_, f64>,
+    defect: f64,
+    tolerance: f64,
+) -> Result<()> {
+    let tolerance = tolerance * norm(v).max(1.0);
+    match defect <= tolerance {
+        true => Ok(()),
+        false => Err(Error::NotTangent {
+            name,
+            defect,
+            tolerance,
+        }),
+    }
 }
 
 /// Returns an error unless the columns of a point have at most the given defect.

@@ -16,7 +16,7 @@ use crate::spline::subspaces::subspace_problem::check as check_subspaces;
 ///
 /// Each solution agrees with :meth:`RiemannianCubic.from_boundary` up to ``tol``. Problems with at most three rows, and
 /// with displacement and speeds at most 2, are solved in groups of eight; within ``tol`` their solutions depend on the
-/// other problems in the group. The remaining problems, and those that this does not solve, are solved one by one. On a
+/// problems beside them. The remaining problems, and those that this does not solve, are solved one by one. On a
 /// :class:`Grassmann` all are solved one by one, with the same result to the last bit as
 /// :meth:`RiemannianCubic.from_boundary`.
 ///

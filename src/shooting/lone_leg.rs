@@ -10,6 +10,7 @@ use super::taylor::variation::MiddleVariation;
 use crate::linalg::field::{Field, factor, substitute};
 use crate::linalg::lanes::Lanes;
 use crate::solve::broyden::Updates;
+use crate::solve::gmres::norm;
 use crate::space::{Homogeneous, Shape, in_space};
 
 /// Lanes with a larger residual are given up.
@@ -33,6 +34,14 @@ pub(crate) struct EndData {
     pub(crate) target: Vec<f64>,
     pub(crate) velocities: [Vec<f64>; 2],
     pub(crate) middle: [Vec<f64>; 3],
+}
+
+impl EndData {
+    /// A bound on the velocity of the initial guess, as [`SeriesLeg::speed`].
+    pub(crate) fn speed(&self) -> f64 {
+        let [v, a, b] = self.middle.each_ref().map(|x| norm(x));
+        v + 0.5 * a + 0.125 * b
+    }
 }
 
 /// A cubic on `[0, 1]` that satisfies its end data to the tolerance.

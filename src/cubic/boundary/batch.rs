@@ -2,6 +2,7 @@
 
 use super::few_dimensions::{STEPS, end_data};
 use super::from_boundary;
+use super::guess::FlatWork;
 use super::problem::BoundaryProblem;
 use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
@@ -9,6 +10,7 @@ use crate::cubic::taylor::packing::unpack;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::linalg::lanes::LANES;
+use crate::linalg::product::product;
 use crate::shooting::{EndData, LoneLeg, lone_legs};
 use crate::threads::{self, ALWAYS};
 use faer::{Mat, MatRef};
@@ -57,8 +59,7 @@ pub struct BoundarySolution {
 /// Each solution is the one of [`RiemannianCubic::from_boundary`], up to the tolerance. Problems with at most three
 /// rows and with displacement and speeds up to 2 are solved eight at once, by Newton's method for a single Taylor
 /// series. The others, those on which this fails, and all problems with a guess are solved one by one. Results do not
-/// depend on the number of threads; within the tolerance, a solution depends on the other problems in its group of
-/// eight.
+/// depend on the number of threads; within the tolerance, a solution depends on the problems beside it.
 ///
 /// # Errors
 /// `InvalidArgument` and `Interrupted` for the whole call; the errors of `from_boundary` for single problems, without the
@@ -108,14 +109,17 @@ fn solve_task(
         && first.end[0].nrows() <= MOST_ROWS
     {
         let shape = first.end[0].shape();
+        let mut work = FlatWork::new(shape.0, shape.1);
         let easy = problems.iter().enumerate().filter_map(|(i, problem)| {
             let problem = problem.as_ref().ok()?;
-            let flat = problem.flat().ok()??;
-            let is_like_others = problem.end[0].shape() == shape && problem.unknowns() > 0;
-            let is_easy = is_like_others && problem.is_moderate(&flat);
+            if problem.end[0].shape() != shape || problem.unknowns() == 0 {
+                return None;
+            }
+            let flat = problem.flat_in(&mut work).ok()??;
+            let is_easy = problem.is_moderate(&flat);
             is_easy.then(|| (i, end_data(problem, &flat)))
         });
-        abreast(first, easy.collect(), &mut legs, options)?;
+        abreast(first, alike(easy.collect()), &mut legs, options)?;
     }
     let mut found = Vec::new();
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
@@ -129,6 +133,13 @@ fn solve_task(
         found.push(solution);
     }
     Ok(found)
+}
+
+/// Problems in order of their speed: a group of eight takes as many steps and terms as the hardest of them. In the given
+/// order, problems with distance and speeds up to 2 on St(3,1) take 1.2 times as long.
+fn alike(mut easy: Vec<(usize, EndData)>) -> Vec<(usize, EndData)> {
+    easy.sort_by(|(_, a), (_, b)| a.speed().total_cmp(&b.speed()));
+    easy
 }
 
 /// Solves easy problems in groups, each by a single series.
@@ -191,9 +202,9 @@ fn transformed(problem: &BoundaryProblem, leg: &LoneLeg) -> BoundarySolution {
     // j = x'' + [x, x']_m / 2.
     let jerk = second.plus_bracket(0.5, &problem.velocity, &a);
     let [acceleration, jerk] = [a, jerk].map(|v| {
-        let low = &problem.g * v.tangent();
+        let low = product(&problem.g, v.tangent());
         match &problem.frame {
-            Some(basis) => basis * low,
+            Some(basis) => product(basis, &low),
             None => low,
         }
     });

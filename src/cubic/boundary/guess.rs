@@ -27,6 +27,23 @@ const DETOUR: f64 = 0.05;
 /// near 1.
 const EQUAL_ANGLES: f64 = 1e-7;
 
+/// Buffers for quasi-geodesics from the first columns of the identity, for one shape.
+pub(crate) struct FlatWork {
+    start: Mat<f64>,
+    curve: QuasiGeodesic,
+    endpoints: EndpointProblem,
+}
+
+impl FlatWork {
+    pub(crate) fn new(r: usize, k: usize) -> Self {
+        FlatWork {
+            start: identity_columns(r, k),
+            curve: QuasiGeodesic::zeros(r, k),
+            endpoints: EndpointProblem::new(r, k),
+        }
+    }
+}
+
 /// Displacement and end velocity as tangent vectors at the start, in `m`.
 pub(crate) struct FlatData {
     pub(crate) displacement: Horizontal,
@@ -38,31 +55,35 @@ impl FlatData {
     ///
     /// # Errors
     /// `DifferentComponents`; `NoJoiningCurve` or `OutsideLogDomain` if no quasi-geodesic leads even to a nearby point.
-    pub(crate) fn new(s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Self> {
-        let start = identity_columns(s1.nrows(), s1.ncols());
-        let first = match Self::join(start.as_ref(), s1, v1) {
+    pub(crate) fn new(
+        s1: MatRef<'_, f64>,
+        v1: MatRef<'_, f64>,
+        work: &mut FlatWork,
+    ) -> Result<Self> {
+        let first = match Self::join(s1, v1, work) {
             Err(error @ (Error::NoJoiningCurve { .. } | Error::OutsideLogDomain { .. })) => error,
             other => return other,
         };
         // The cut locus has no interior: some nearby point can be joined.
         for attempt in 0..8_u32 {
             let end = detour(s1, v1, attempt)?;
-            if let Ok(data) = Self::join(start.as_ref(), end.as_ref(), v1) {
+            if let Ok(data) = Self::join(end.as_ref(), v1, work) {
                 return Ok(data);
             }
         }
         Err(first)
     }
 
-    fn join(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Self> {
-        let (r, k) = s1.shape();
-        let mut curve = QuasiGeodesic::zeros(r, k);
-        curve.join(s0, s1, &mut EndpointProblem::new(r, k))?;
-        let identity = Mat::identity(r, r);
-        let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(identity.as_ref(), v.as_ref());
+    fn join(s1: MatRef<'_, f64>, v1: MatRef<'_, f64>, work: &mut FlatWork) -> Result<Self> {
+        let FlatWork {
+            start,
+            curve,
+            endpoints,
+        } = work;
+        curve.join(start.as_ref(), s1, endpoints)?;
         Ok(FlatData {
-            displacement: horizontal(&curve.initial_velocity()),
-            end_velocity: horizontal(&carried(&curve, v1, -1.0)?),
+            displacement: Horizontal::of_components(curve.initial_velocity().as_ref()),
+            end_velocity: Horizontal::of_components(carried(curve, v1, -1.0)?.as_ref()),
         })
     }
 

@@ -1,9 +1,9 @@
 //! Boundary data in coordinates in which the start is the first columns of the identity, and the inverse
 //! transformation.
 
-use faer::{Mat, MatRef, Scale};
+use faer::{Mat, MatRef};
 
-use super::guess::FlatData;
+use super::guess::{FlatData, FlatWork};
 use super::relative_ends::RelativeEnds;
 use crate::cubic::boundary::end_equations::Target;
 use crate::cubic::boundary_options::BoundaryOptions;
@@ -18,7 +18,8 @@ use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::field::larger;
-use crate::linalg::product::entries;
+use crate::linalg::product::{entries, mul_add, product};
+use crate::linalg::structure::symmetric_part;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::shooting::ChainKnots;
 use crate::space::{Kind, ScalarField, Shape};
@@ -47,13 +48,22 @@ impl BoundaryProblem {
         check_data(data)?;
         field.check(data)?;
         // Rounded decimals are accepted as complex numbers; the unknowns are complex.
-        let data = data.map(|a| field.nearest(a.to_owned()));
-        let data = data.each_ref().map(Mat::as_ref);
+        let complex =
+            (field == ScalarField::Complex).then(|| data.map(|a| field.nearest(a.to_owned())));
+        let data = match &complex {
+            Some(complex) => complex.each_ref().map(Mat::as_ref),
+            None => data,
+        };
         let [s0, v0, s1, v1] = data;
         let span = Span::over(field, &data);
         let g = complete_over(field, span.down(s0).as_ref());
-        let velocity = Horizontal::of_tangent(g.as_ref(), span.down(v0).as_ref());
-        let end = corrected([s1, v1].map(|a| g.transpose() * span.down(a)));
+        // Components in the frame `g` of the span.
+        let components = |a: MatRef<'_, f64>| match span.basis() {
+            Some(basis) => product(g.transpose(), product(basis.transpose(), a)),
+            None => product(g.transpose(), a),
+        };
+        let velocity = Horizontal::of_components(components(v0).as_ref());
+        let end = corrected([s1, v1].map(components));
         let target = Target::new(&velocity, &end, tension);
         Ok(BoundaryProblem {
             n: s0.nrows(),
@@ -134,7 +144,16 @@ impl BoundaryProblem {
     /// # Errors
     /// `DifferentComponents`.
     pub(crate) fn flat(&self) -> Result<Option<FlatData>> {
-        match FlatData::new(self.end[0].as_ref(), self.end[1].as_ref()) {
+        let (r, k) = self.end[0].shape();
+        self.flat_in(&mut FlatWork::new(r, k))
+    }
+
+    /// The same in existing buffers.
+    ///
+    /// # Errors
+    /// `DifferentComponents`.
+    pub(crate) fn flat_in(&self, work: &mut FlatWork) -> Result<Option<FlatData>> {
+        match FlatData::new(self.end[0].as_ref(), self.end[1].as_ref(), work) {
             Err(Error::NoJoiningCurve { .. } | Error::OutsideLogDomain { .. }) => Ok(None),
             other => other.map(Some),
         }
@@ -279,17 +298,17 @@ pub(crate) const ABSOLUTE_SPEED: f64 = 10.0;
 
 /// The exact point and tangent vector nearest to data that satisfy the constraints only to the tolerance, such as
 /// rounded decimals.
-fn corrected([s, v]: [Mat<f64>; 2]) -> [Mat<f64>; 2] {
-    let k = s.ncols();
-    let gram = s.transpose() * &s;
+fn corrected([s, mut v]: [Mat<f64>; 2]) -> [Mat<f64>; 2] {
     // A step of Newton's method for the polar factor: it squares the defect, which is below the tolerance for points.
-    let factor = Mat::from_fn(k, k, |i, j| {
-        1.5 * f64::from(u8::from(i == j)) - 0.5 * gram[(i, j)]
-    });
-    let s = s * factor;
-    let inner = s.transpose() * &v;
-    let v = v - &s * (&inner + inner.transpose()) * Scale(0.5);
-    [s, v]
+    let mut defect = product(s.transpose(), &s);
+    for i in 0..defect.nrows() {
+        defect[(i, i)] -= 1.0;
+    }
+    let mut point = s.clone();
+    mul_add(&mut point, -0.5, &s, &defect);
+    let inner = product(point.transpose(), &v);
+    mul_add(&mut v, -1.0, &point, symmetric_part(inner.as_ref()));
+    [point, v]
 }
 
 impl Target {

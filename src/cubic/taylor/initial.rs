@@ -8,7 +8,7 @@ use crate::curve::span::Span;
 use crate::error::Result;
 use crate::linalg::complex_embedding::{embed_into, nearest};
 use crate::linalg::decomp::{thin_q, unitary_q};
-use crate::linalg::product::{mul_add, mul_into};
+use crate::linalg::product::{mul_add, mul_into, product};
 use crate::linalg::structure::{dot, norm};
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 use crate::manifold::tangent::check_vector;
@@ -51,12 +51,15 @@ impl Horizontal {
     /// The vector of `m` that corresponds to the tangent vector `v` at the first `k` columns of `g`; shapes `(r, r)`
     /// and `(r, k)`.
     pub(crate) fn of_tangent(g: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Self {
-        let (r, k) = (g.ncols(), v.ncols());
-        let mut all = Mat::zeros(r, k);
-        mul_into(&mut all, 1.0, g.transpose(), v);
+        Self::of_components(product(g.transpose(), v).as_ref())
+    }
+
+    /// The same from `g^T v`: the horizontal part of a matrix of shape `(r, k)`.
+    pub(crate) fn of_components(all: MatRef<'_, f64>) -> Self {
+        let (r, k) = all.shape();
         Horizontal {
             omega: Mat::from_fn(k, k, |i, j| 0.5 * (all[(i, j)] - all[(j, i)])),
-            normal: all.as_ref().subrows(k, r - k).to_owned(),
+            normal: all.subrows(k, r - k).to_owned(),
         }
     }
 

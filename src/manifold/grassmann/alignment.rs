@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::linalg::complex_embedding::{embed, embedding_defect, nearest, paired_columns};
 use crate::linalg::decomp::{Svd, SymmetricEigen, complex_svd};
 use crate::linalg::one_sided_jacobi::orthogonalise_few;
-use crate::linalg::product::{mul_add, mul_into, scale};
+use crate::linalg::product::{mul_add, mul_into, product, scale};
 use crate::linalg::structure::gram;
 use crate::manifold::stiefel::POINT_TOLERANCE;
 
@@ -61,10 +61,7 @@ pub(super) fn sine(cosine: f64) -> f64 {
 
 impl Alignment {
     pub(super) fn new(y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Self> {
-        let k = y0.ncols();
-        let mut product = Mat::zeros(k, k);
-        mul_into(&mut product, 1.0, y0.transpose(), y1);
-        let found = Self::of_product(product)?;
+        let found = Self::of_product(product(y0.transpose(), y1))?;
         match found.cosines.last() {
             Some(&cosine) if cosine < SMALL && is_embedded(found.product.as_ref()) => {
                 Self::by_complex_svd(found.product)
@@ -171,9 +168,7 @@ impl Alignment {
                 twice[(j, i)] = twice[(i, j)];
             }
         }
-        let mut out = Mat::zeros(k, k);
-        mul_into(&mut out, 1.0, &twice, &self.product);
-        out
+        product(&twice, &self.product)
     }
 
     /// `(I - Y0 Y0^T) Y1`, exactly zero if the subspace is the whole space.
@@ -197,9 +192,7 @@ impl Alignment {
                 scaled[(i, j)] *= factor;
             }
         }
-        let mut out = Mat::zeros(scaled.nrows(), scaled.ncols());
-        mul_into(&mut out, 1.0, &scaled, self.u.transpose());
-        out
+        product(&scaled, self.u.transpose())
     }
 
     /// Return `RightAngle` if the largest principal angle is `pi/2` to working precision.
@@ -264,8 +257,6 @@ impl Grassmann {
     pub(crate) fn aligned(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Mat<f64>> {
         let alignment = Alignment::new(y0, y1)?;
         alignment.check_unique()?;
-        let mut out = Mat::zeros(self.n(), self.k());
-        mul_into(&mut out, 1.0, y1, alignment.function(|_| 1.0));
-        Ok(out)
+        Ok(product(y1, alignment.function(|_| 1.0)))
     }
 }

@@ -17,7 +17,7 @@ use super::shooting::{CLOSE_CONTRACTION, CLOSE_STEPS, GeodesicShooting, write_bl
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::SkewExp;
-use crate::linalg::product::mul_into;
+use crate::linalg::product::product;
 
 /// The optimal factor for four pieces in a flat space, `2 / (1 + sin(pi / 4))`.
 const RELAXATION: f64 = 1.17;
@@ -135,8 +135,7 @@ impl Path {
 
     /// Generator, in the coordinates of the frame, and length of the short geodesic to a node.
     fn leg(&self, frame: &Mat<f64>, to: &Mat<f64>) -> Result<Option<(Mat<f64>, f64)>> {
-        let mut target = Mat::zeros(to.nrows(), to.ncols());
-        mul_into(&mut target, 1.0, frame.transpose(), to);
+        let target = product(frame.transpose(), to);
         let mut shooting = GeodesicShooting::new(&target, self.weight);
         shooting.start_close();
         let outcome = shooting.run(LEG_TOLERANCE, CLOSE_CONTRACTION, CLOSE_STEPS)?;
