@@ -73,9 +73,18 @@ impl Points {
         field: Field,
         arguments: [Named<'_, '_>; N],
     ) -> PyResult<[Mat<f64>; N]> {
+        let single = self.single(field, arguments)?;
+        Ok(single.each_ref().map(|batch| batch.get(0).to_owned()))
+    }
+
+    /// The same as batches without axes, whose entries are not copied once more.
+    pub(super) fn single<const N: usize>(
+        &self,
+        field: Field,
+        arguments: [Named<'_, '_>; N],
+    ) -> PyResult<[Batch; N]> {
         let batches = arguments.map(|(object, name)| field.one(object, name));
-        let batches = self.put(arguments, collected(batches)?)?;
-        Ok(batches.each_ref().map(|batch| batch.get(0).to_owned()))
+        self.put(arguments, collected(batches)?)
     }
 
     /// Points and vectors of problems, with their leading axes broadcast.

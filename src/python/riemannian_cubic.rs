@@ -103,9 +103,10 @@ impl PyRiemannianCubic {
     ) -> PyResult<Py<Self>> {
         let (arguments, points) = (named![S, V, A, J], Points::read(manifold, project)?);
         let field = points.field(arguments.map(|(object, _)| object))?;
-        let data = points.matrices(field, arguments)?;
-        let quotient = points.quotient;
-        let curve = run_on(S.py(), field, data, 1.0, move |[s, v, a, j], interrupt| {
+        let data = points.single(field, arguments)?;
+        let (quotient, numbers) = (points.quotient, data.iter().map(Batch::numbers).sum());
+        let curve = run(S.py(), field, numbers, move |interrupt| {
+            let [s, v, a, j] = data.each_ref().map(|x| x.get(0));
             let options = IntegrationOptions {
                 t_end,
                 tolerance: tol,
