@@ -20,9 +20,9 @@ const SOLVER: &str = "boundary value problems of Riemannian cubics";
 /// Problems per task of the thread pool.
 const TASK: usize = 64;
 
-/// Largest number of rows for which problems are solved eight at once. On St(3,1) and St(3,2) this takes 0.87 and 0.73
-/// times as long as one by one; on St(4,2) and St(6,3) it would take 1.4 and 2.1 times as long as one series each, which
-/// takes longer than nodes.
+/// Largest number of rows for which problems are solved eight at once. On St(3,1) and St(3,2) this took 0.87 and 0.73
+/// times as long as one by one, before they were sorted; on St(4,2) and St(6,3) it would take 1.4 and 2.1 times as long
+/// as one series each, which takes longer than nodes.
 const MOST_ROWS: usize = 3;
 
 /// The Riemannian cubic that solves a boundary value problem, by its initial data.
@@ -136,7 +136,7 @@ fn solve_task(
 }
 
 /// Problems in order of their speed: a group of eight takes as many steps and terms as the hardest of them. In the given
-/// order, problems with distance and speeds up to 2 on St(3,1) take 1.2 times as long.
+/// order, problems with distance and speeds up to 2 on St(3,1) take 1.08 times as long.
 fn alike(mut easy: Vec<(usize, EndData)>) -> Vec<(usize, EndData)> {
     easy.sort_by(|(_, a), (_, b)| a.speed().total_cmp(&b.speed()));
     easy
