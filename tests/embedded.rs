@@ -3,20 +3,13 @@
 mod common;
 #[path = "common/embedded.rs"]
 mod embedding;
-#[path = "common/paper.rs"]
-mod paper;
 #[path = "common/splitting.rs"]
 mod trajectories;
 
 use common::*;
 use embedding::*;
 use faer::{Mat, Scale};
-use nalgebra::SVector;
-use stiefel_rs::chart::{
-    Chart, CovariantData, Frame, LinearMap, Sphere, covariant_from_state, integrate,
-};
-use stiefel_rs::cubic::{CubicTrajectory, SplittingOrder};
-use stiefel_rs::{Curve, Geodesic, Interrupt};
+use stiefel_rs::{Curve, Geodesic};
 use trajectories::{Data, difference, random_data, size, state};
 
 fn mapped(data: &Data, f: impl Fn(&Mat<f64>) -> Mat<f64>) -> Data {
@@ -278,102 +271,6 @@ fn without_acceleration_it_is_near_the_geodesic() {
                 0.2,
                 &format!("{shape:?}: order"),
             );
-        }
-    }
-}
-
-/// A method of order 2, its end, and the time of one step.
-struct Row {
-    method: &'static str,
-    end: Mat<f64>,
-    step: f64,
-}
-
-/// The end of a run, and the shortest time per step in 30 runs.
-fn timed(method: &'static str, steps: usize, run: &dyn Fn() -> Mat<f64>) -> Row {
-    let once = || {
-        let start = std::time::Instant::now();
-        std::hint::black_box(run());
-        start.elapsed().as_secs_f64()
-    };
-    let fastest = (0..30).map(|_| once()).fold(f64::INFINITY, f64::min);
-    Row {
-        method,
-        end: run(),
-        step: fastest / steps as f64,
-    }
-}
-
-fn chart_row<C: Chart<X, Z>, const X: usize, const Z: usize>(
-    chart: &C,
-    z: &SVector<f64, Z>,
-    steps: usize,
-) -> Row {
-    let run = || {
-        let states = integrate(chart, &LinearMap::MIDPOINT, z, steps, 1.0, Interrupt::NEVER);
-        let end = states.unwrap()[steps];
-        chart.embed(&end.as_slice()[..X / 2]).unwrap()
-    };
-    timed("chart, midpoint", steps, &run)
-}
-
-/// The table of `docs/integrators.md`: `cargo test --release --test embedded -- --ignored --nocapture`.
-#[test]
-#[ignore = "prints the times of a table and asserts nothing"]
-fn table_beside_the_splitting_and_the_chart() {
-    let data = |found: CovariantData| {
-        let CovariantData {
-            point,
-            velocity,
-            acceleration,
-            jerk,
-        } = found;
-        [point, velocity, acceleration, jerk]
-    };
-    let (sphere, frame) = (paper::sphere(), paper::frame());
-    let cases = [
-        (
-            "sphere, the paper's curve",
-            data(covariant_from_state(&Sphere, &sphere).unwrap()),
-        ),
-        (
-            "St(3,2), the paper's curve",
-            data(covariant_from_state(&Frame, &frame).unwrap()),
-        ),
-        ("St(5,2), random", random_data((5, 2), 1.0, 66)),
-        ("St(10,3), random", random_data((10, 3), 1.0, 66)),
-        ("St(50,5), random", random_data((50, 5), 1.0, 66)),
-        ("St(1000,5), random", random_data((1000, 5), 1.0, 66)),
-    ];
-    println!("| curve | method | steps | error | time of a step |\n|---|---|---|---|---|");
-    for (name, data) in &cases {
-        let exact = exact(data, 1.0);
-        for steps in [10, 20, 50, 100, 1000] {
-            let end =
-                |trajectory: CubicTrajectory| trajectory.points().unwrap().get(steps).to_owned();
-            let mut rows = vec![
-                timed("embedded, midpoint", steps, &|| {
-                    end(embedded(data, steps, 1.0))
-                }),
-                timed("splitting, order 2", steps, &|| {
-                    end(trajectories::integrate(
-                        data,
-                        steps,
-                        SplittingOrder::Two,
-                        1.0,
-                    ))
-                }),
-            ];
-            match data[0].shape() {
-                (3, 1) => rows.push(chart_row(&Sphere, &sphere, steps)),
-                (3, 2) => rows.push(chart_row(&Frame, &frame, steps)),
-                _ => {}
-            }
-            for row in rows {
-                let error = distance(&row.end, &exact[0]);
-                let (method, step) = (row.method, row.step * 1e6);
-                println!("| {name} | {method} | {steps} | {error:.1e} | {step:.3} us |");
-            }
         }
     }
 }

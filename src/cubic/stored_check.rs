@@ -21,7 +21,8 @@ use crate::space::Quotient;
 use crate::stored::{READER, refusal};
 
 /// Allowed defect of points and, in the natural unit of time, of derivatives, in tolerances per step. The largest
-/// defect of points found was 0.15, in 756 random cubics on nine shapes with tolerances from 1e-17 to 0.1.
+/// defect of points found was 0.15, in 756 random cubics on nine shapes with tolerances from 1e-17 to 0.1, and of
+/// derivatives 0.31, when series had four terms less.
 const ROOM: f64 = 10.0;
 
 /// Relative difference allowed between the common times of two steps, as a fraction of the largest time.

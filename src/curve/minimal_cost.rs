@@ -76,8 +76,8 @@ impl GeometricPolynomial {
     /// \tfrac12 (m - 3)\, m\, (m - 1)\, r\, k^2 \dim \mathrm{St}(r, k)
     /// ```
     ///
-    /// The residual of the report is the norm of the part of the acceleration that moving the control points changes to
-    /// first order; it is at most `1e-6` of the square root of the cost.
+    /// Returns the curve and a report. Its residual is the norm of the part of the acceleration that moving the control
+    /// points changes to first order; it is at most `1e-6` of the square root of the cost.
     ///
     /// The mean distance to the Riemannian cubic with the same data is smaller than that of the geometric cubic by
     /// factors of 39, 217, 2450 and 65000 for degrees 4 to 7 on the sphere with the data of arXiv 2404.19407, and by

@@ -3,7 +3,7 @@
 //!
 //! # Source
 //! Jorba, Zou (2005), "A software package for the numerical integration of ODEs by means of high-order Taylor methods",
-//! Experimental Mathematics 14, 99-117: order (3-9), step length (3-8).
+//! Experimental Mathematics 14, 99-117: order (3-9), of which the one here is four more; step length (3-8).
 
 use std::borrow::Cow;
 
@@ -37,7 +37,7 @@ pub(crate) const SOLVER: &str = "Taylor integration";
 /// Accuracy of a step, and the number of its terms.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Accuracy {
-    /// Size of the last terms, relative to the state.
+    /// Size of the terms that a step leaves out, relative to the state, at most 0.1.
     pub(crate) truncation: f64,
     pub(crate) order: usize,
 }
@@ -74,9 +74,7 @@ impl Accuracy {
             order: order.min(Self::FULL.order),
         }
     }
-}
 
-impl Accuracy {
     /// Allowed size of the last terms. Terms that decrease by a factor `q` at every order leave out `q / (1 - q)` times the
     /// last one, which is more than that for large tolerances only: without this, a curve with a speed of 300 gains so much
     /// speed at a tolerance of 0.1 that it is not finished within 100000 steps.
@@ -226,7 +224,7 @@ impl<T: Number, B: BlockSizes> TaylorMarch<T, B> {
         Err(Error::too_many_steps(SOLVER, count, ahead.abs(), length))
     }
 
-    /// The step at which the last three terms fall below the truncation; NaN if they are not finite.
+    /// The step at which the last three terms fall to [`Accuracy::last_term`]; NaN if they are not finite.
     ///
     /// Three terms are used because two of three vanish if only the jerk is nonzero at the start: time then enters as
     /// its cube.
