@@ -209,8 +209,8 @@ pub fn run_on<T: Send + 'static, const N: usize>(
 /// poll every 20 ms: with 16 polls, Ctrl-C takes 0.3 s.
 const UNSEEN: u32 = 8;
 
-/// Polls that pass before the first look. With none, curves from initial values on the sphere, which make two or three, take
-/// 1.03 times as long.
+/// Polls that pass before the first look. With none, curves from initial values on the sphere, which make two or three,
+/// take 1.03 times as long.
 const FIRST: u32 = 3;
 
 /// More of them pass as long as polls follow one another this quickly, and none after a slower one.

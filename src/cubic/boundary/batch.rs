@@ -135,8 +135,8 @@ fn solve_task(
     Ok(found)
 }
 
-/// Problems in order of their speed: a group of eight takes as many steps and terms as the hardest of them. In the given
-/// order, problems with distance and speeds up to 2 on St(3,1) take 1.08 times as long.
+/// Problems in order of their speed: a group of eight takes as many steps and terms as the hardest of them. In the
+/// given order, problems with distance and speeds up to 2 on St(3,1) take 1.08 times as long.
 fn alike(mut easy: Vec<(usize, EndData)>) -> Vec<(usize, EndData)> {
     easy.sort_by(|(_, a), (_, b)| a.speed().total_cmp(&b.speed()));
     easy
