@@ -59,13 +59,23 @@ fn one_curve<const X: usize, const Z: usize>(
         });
         let options = ShootingOptions::default();
         assert!(
-            shoot(chart, &map, &x0, &x1, STEPS, &options)
+            shoot(chart, &map, &x0, &x1, STEPS, &options, Interrupt::NEVER)
                 .unwrap()
                 .report
                 .converged
         );
         group.bench_function(BenchmarkId::new("bvp", method), |b| {
-            b.iter(|| shoot(chart, &map, black_box(&x0), &x1, STEPS, &options));
+            b.iter(|| {
+                shoot(
+                    chart,
+                    &map,
+                    black_box(&x0),
+                    &x1,
+                    STEPS,
+                    &options,
+                    Interrupt::NEVER,
+                )
+            });
         });
     }
     group.finish();

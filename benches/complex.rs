@@ -14,7 +14,7 @@ use stiefel_rs::linalg::complex_embedding::embed;
 use stiefel_rs::linalg::decomp::unitary_q;
 use stiefel_rs::manifold::Retraction;
 use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline};
-use stiefel_rs::{ScalarField, Stiefel};
+use stiefel_rs::{Interrupt, ScalarField, Stiefel};
 
 /// `(n, k)`.
 const SHAPES: [(usize, usize); 4] = [(3, 1), (4, 2), (10, 3), (100, 5)];
@@ -94,7 +94,8 @@ fn splines(c: &mut Criterion) {
                 ..SplineOptions::default()
             };
             let ends = EndConditions::Natural;
-            let find = || cubic_spline(&t, black_box(&views), &ends, &options).unwrap();
+            let find =
+                || cubic_spline(&t, black_box(&views), &ends, &options, Interrupt::NEVER).unwrap();
             let id = BenchmarkId::new(name, format!("{}_{}", shape.0, shape.1));
             group.bench_function(id, |b| b.iter(find));
         }
@@ -126,8 +127,17 @@ fn boundary_values(c: &mut Criterion) {
                     ..BoundaryOptions::default()
                 };
                 let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
-                let find =
-                    || RiemannianCubic::from_boundary(black_box(s0), v0, s1, v1, &options).unwrap();
+                let find = || {
+                    RiemannianCubic::from_boundary(
+                        black_box(s0),
+                        v0,
+                        s1,
+                        v1,
+                        &options,
+                        Interrupt::NEVER,
+                    )
+                    .unwrap()
+                };
                 let id = BenchmarkId::new(name, format!("{}_{}_{far}", shape.0, shape.1));
                 group.bench_function(id, |b| b.iter(find));
             }

@@ -33,12 +33,21 @@ fn random_state((n, k): (usize, usize)) -> [Mat<f64>; 4] {
 
 fn from_initial(state: &[Mat<f64>; 4]) -> RiemannianCubic {
     let [s, v, a, j] = state.each_ref().map(Mat::as_ref);
-    RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions::default()).unwrap()
+    RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions::default(), Interrupt::NEVER)
+        .unwrap()
 }
 
 fn from_boundary(b: &Boundary) -> RiemannianCubic {
     let [s0, v0, s1, v1] = [&b.s0, &b.v0, &b.s1, &b.v1].map(Mat::as_ref);
-    RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default()).unwrap()
+    RiemannianCubic::from_boundary(
+        s0,
+        v0,
+        s1,
+        v1,
+        &BoundaryOptions::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap()
 }
 
 fn paper(name: &str) -> serde_json::Value {

@@ -13,9 +13,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use faer::Mat;
 use stiefel_rs::Interrupt;
 use stiefel_rs::chart::{Frame, LinearMap, Sphere, integrate};
-use stiefel_rs::cubic::{
-    EmbeddedOptions, SplittingOptions, SplittingOrder, integrate_cubic, integrate_embedded,
-};
+use stiefel_rs::cubic::{SplittingOptions, SplittingOrder, integrate_cubic, integrate_embedded};
 
 const ORDERS: [SplittingOrder; 4] = [
     SplittingOrder::Two,
@@ -41,16 +39,33 @@ fn steps(c: &mut Criterion) {
             };
             let run = || {
                 let data = black_box([&s, &v, &a, &j]).map(Mat::as_ref);
-                integrate_cubic(data[0], data[1], data[2], data[3], STEPS, &options).unwrap()
+                integrate_cubic(
+                    data[0],
+                    data[1],
+                    data[2],
+                    data[3],
+                    STEPS,
+                    &options,
+                    Interrupt::NEVER,
+                )
+                .unwrap()
             };
             assert!(run().momentum_drift() < 1e-12);
             group.bench_function(BenchmarkId::new("order", order.number()), |b| b.iter(run));
         }
         group.bench_function("embedded", |b| {
-            let options = EmbeddedOptions::default();
             b.iter(|| {
                 let data = black_box([&s, &v, &a, &j]).map(Mat::as_ref);
-                integrate_embedded(data[0], data[1], data[2], data[3], STEPS, &options).unwrap()
+                integrate_embedded(
+                    data[0],
+                    data[1],
+                    data[2],
+                    data[3],
+                    STEPS,
+                    1.0,
+                    Interrupt::NEVER,
+                )
+                .unwrap()
             });
         });
         chart_steps(&mut group, shape);

@@ -57,8 +57,10 @@ fn find(c: &mut Criterion) {
     for problem in PROBLEMS {
         let (t, points) = walk(problem.0, problem.1, 0.6);
         let views: Vec<MatRef<'_, f64>> = points.iter().map(Mat::as_ref).collect();
-        let geometric = || geometric_spline(&t, black_box(&views), &ends, &options).unwrap();
-        let riemannian = || cubic_spline(&t, black_box(&views), &ends, &options).unwrap();
+        let geometric =
+            || geometric_spline(&t, black_box(&views), &ends, &options, Interrupt::NEVER).unwrap();
+        let riemannian =
+            || cubic_spline(&t, black_box(&views), &ends, &options, Interrupt::NEVER).unwrap();
         println!("{}: {} | {}", id(problem), geometric().1, riemannian().1);
         group.bench_function(BenchmarkId::new("geometric", id(problem)), |b| {
             b.iter(geometric)
@@ -77,7 +79,8 @@ fn find_large(c: &mut Criterion) {
     for problem in LARGE {
         let (t, points) = walk(problem.0, problem.1, 0.6);
         let views: Vec<MatRef<'_, f64>> = points.iter().map(Mat::as_ref).collect();
-        let geometric = || geometric_spline(&t, black_box(&views), &ends, &options).unwrap();
+        let geometric =
+            || geometric_spline(&t, black_box(&views), &ends, &options, Interrupt::NEVER).unwrap();
         println!("{}: {}", id(problem), geometric().1);
         group.throughput(Throughput::Elements(problem.1 as u64));
         group.bench_function(id(problem), |b| b.iter(geometric));
@@ -92,8 +95,9 @@ fn evaluate(c: &mut Criterion) {
     for problem in [((3, 2), 50), ((10, 3), 20)] {
         let (t, points) = walk(problem.0, problem.1, 0.6);
         let views: Vec<MatRef<'_, f64>> = points.iter().map(Mat::as_ref).collect();
-        let (geometric, _) = geometric_spline(&t, &views, &ends, &options).unwrap();
-        let (riemannian, _) = cubic_spline(&t, &views, &ends, &options).unwrap();
+        let (geometric, _) =
+            geometric_spline(&t, &views, &ends, &options, Interrupt::NEVER).unwrap();
+        let (riemannian, _) = cubic_spline(&t, &views, &ends, &options, Interrupt::NEVER).unwrap();
         let last = t[t.len() - 1];
         let times: Vec<f64> = (0..POINTS)
             .map(|i| last * i as f64 / (POINTS - 1) as f64)

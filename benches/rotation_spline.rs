@@ -8,6 +8,7 @@ use std::hint::black_box;
 use common::Rng;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use stiefel_rs::Interrupt;
 use stiefel_rs::rotation::{PoseEnds, PoseSpline, ReferenceFrame, RotationEnds, RotationSpline};
 use stiefel_rs::spline::SplineOptions;
 
@@ -56,7 +57,14 @@ fn construction(c: &mut Criterion) {
         group.bench_function(BenchmarkId::from_parameter(count), |b| {
             b.iter(|| {
                 let options = SplineOptions::default();
-                RotationSpline::new(black_box(&t), &q, &RotationEnds::Natural, &options).unwrap()
+                RotationSpline::new(
+                    black_box(&t),
+                    &q,
+                    &RotationEnds::Natural,
+                    &options,
+                    Interrupt::NEVER,
+                )
+                .unwrap()
             });
         });
     }
@@ -67,7 +75,14 @@ fn evaluation(c: &mut Criterion) {
     let mut group = c.benchmark_group("rotation_spline_evaluation");
     group.throughput(Throughput::Elements(TIMES as u64));
     let (t, q) = walk(200);
-    let spline = RotationSpline::new(&t, &q, &RotationEnds::Natural, &Default::default()).unwrap();
+    let spline = RotationSpline::new(
+        &t,
+        &q,
+        &RotationEnds::Natural,
+        &Default::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     let times = evaluation_times(&t);
     let mut quaternions = vec![[0.0; 4]; TIMES];
     spline.quaternions_into(&times, &mut quaternions).unwrap();
@@ -99,7 +114,14 @@ fn pose_construction(c: &mut Criterion) {
     group.bench_function(BenchmarkId::from_parameter(POSES), |b| {
         b.iter(|| {
             let options = SplineOptions::default();
-            PoseSpline::new(black_box(&t), &poses, &PoseEnds::Natural, &options).unwrap()
+            PoseSpline::new(
+                black_box(&t),
+                &poses,
+                &PoseEnds::Natural,
+                &options,
+                Interrupt::NEVER,
+            )
+            .unwrap()
         });
     });
     group.finish();
@@ -110,7 +132,14 @@ fn pose_evaluation(c: &mut Criterion) {
     let mut group = c.benchmark_group("pose_spline_evaluation");
     group.throughput(Throughput::Elements(TIMES as u64));
     let (t, poses) = pose_walk();
-    let spline = PoseSpline::new(&t, &poses, &PoseEnds::Natural, &Default::default()).unwrap();
+    let spline = PoseSpline::new(
+        &t,
+        &poses,
+        &PoseEnds::Natural,
+        &Default::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     let times = evaluation_times(&t);
     let found = spline.pose(t[7]).unwrap();
     assert!(found.rotation.angle_to(&poses[7].rotation) < 1e-12);

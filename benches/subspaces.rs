@@ -10,7 +10,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use faer::{Mat, MatRef, Scale};
 use stiefel_rs::cubic::{IntegrationOptions, RiemannianCubic};
 use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline};
-use stiefel_rs::{Grassmann, Quotient};
+use stiefel_rs::{Grassmann, Interrupt, Quotient};
 
 /// `(n, k)` and number of knots.
 const PROBLEMS: [((usize, usize), usize); 5] = [
@@ -58,7 +58,8 @@ fn splines(c: &mut Criterion) {
                 ..SplineOptions::default()
             };
             let ends = EndConditions::Natural;
-            let find = || cubic_spline(&t, black_box(&views), &ends, &options).unwrap();
+            let find =
+                || cubic_spline(&t, black_box(&views), &ends, &options, Interrupt::NEVER).unwrap();
             println!("({n}, {k}), {name}: {}", find().1);
             let id = BenchmarkId::new(name, format!("{n}_{k}_knots_{count}"));
             group.bench_function(id, |b| b.iter(find));
@@ -79,7 +80,8 @@ fn initial_values(c: &mut Criterion) {
                 quotient,
                 ..IntegrationOptions::default()
             };
-            let integrate = || RiemannianCubic::from_initial(y, v, a, j, &options).unwrap();
+            let integrate =
+                || RiemannianCubic::from_initial(y, v, a, j, &options, Interrupt::NEVER).unwrap();
             let id = BenchmarkId::new(name, format!("{n}_{k}"));
             group.bench_function(id, |b| b.iter(|| black_box(integrate())));
         }

@@ -1,6 +1,7 @@
 //! Poses joined by a spline, sampled at 100 Hz with body twists: `cargo run --release --example interpolate_poses`.
 
 use nalgebra::{Isometry3, Vector3};
+use stiefel_rs::Interrupt;
 use stiefel_rs::rotation::{PoseEnds, PoseSpline, ReferenceFrame};
 use stiefel_rs::spline::SplineOptions;
 
@@ -14,7 +15,13 @@ fn main() -> stiefel_rs::Result<()> {
         ([1.0, 1.8, 0.8], [0.2, 0.0, 2.4]),
     ]
     .map(|(p, v)| Isometry3::new(Vector3::from(p), Vector3::from(v)));
-    let spline = PoseSpline::new(&t, &poses, &PoseEnds::Natural, &SplineOptions::default())?;
+    let spline = PoseSpline::new(
+        &t,
+        &poses,
+        &PoseEnds::Natural,
+        &SplineOptions::default(),
+        Interrupt::NEVER,
+    )?;
     println!("# t x y z qx qy qz qw wx wy wz vx vy vz");
     for i in 0..=400 {
         let time = 0.01 * f64::from(i);

@@ -10,11 +10,12 @@ use std::fmt;
 /// ```
 /// use faer::mat;
 /// use stiefel_rs::cubic::BoundaryOptions;
-/// use stiefel_rs::{Error, RiemannianCubic, StopReason};
+/// use stiefel_rs::{Error, Interrupt, RiemannianCubic, StopReason};
 /// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
 /// let options = BoundaryOptions { max_iterations: 1, ..Default::default() };
-/// match RiemannianCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref(), &options) {
+/// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+/// match RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER) {
 ///     Err(Error::NoConvergence { report, .. }) => assert_eq!(report.reason, StopReason::MaxIterations),
 ///     _ => panic!("one Newton step is not enough"),
 /// }
@@ -76,13 +77,13 @@ impl StopReason {
 /// ```
 /// use faer::mat;
 /// use stiefel_rs::cubic::BoundaryOptions;
-/// use stiefel_rs::{RiemannianCubic, Strategy};
+/// use stiefel_rs::{Interrupt, RiemannianCubic, Strategy};
 /// // Ends so near that Newton's method needs no help, and nearly opposite ones with speed across the way.
 /// let (s0, near, far) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]], mat![[-0.96], [0.28], [0.0]]);
 /// let v = mat![[0.0], [0.0], [4.0]];
 /// let strategy = |s1: &faer::Mat<f64>, v: &faer::Mat<f64>| {
 ///     let [s0, v, s1] = [&s0, v, s1].map(|a| a.as_ref());
-///     let curve = RiemannianCubic::from_boundary(s0, v, s1, v, &BoundaryOptions::default())?;
+///     let curve = RiemannianCubic::from_boundary(s0, v, s1, v, &BoundaryOptions::default(), Interrupt::NEVER)?;
 ///     Ok::<_, stiefel_rs::Error>(curve.report().and_then(|report| report.strategy))
 /// };
 /// assert_eq!(strategy(&near, &(0.5 * &v))?, Some(Strategy::Direct));
@@ -130,11 +131,11 @@ impl Strategy {
 /// ```
 /// use faer::mat;
 /// use stiefel_rs::cubic::BoundaryOptions;
-/// use stiefel_rs::{RiemannianCubic, StopReason};
+/// use stiefel_rs::{Interrupt, RiemannianCubic, StopReason};
 /// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
 /// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
-/// let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
+/// let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default(), Interrupt::NEVER)?;
 /// let report = curve.report().expect("it comes from a boundary value problem");
 /// assert!(report.converged && report.reason == StopReason::Converged);
 /// assert!(report.residual <= report.tolerance && report.iterations < 10);

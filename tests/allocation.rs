@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::*;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
-use stiefel_rs::cubic::{EmbeddedOptions, SplittingOptions, integrate_cubic, integrate_embedded};
+use stiefel_rs::cubic::{SplittingOptions, integrate_cubic, integrate_embedded};
 use stiefel_rs::rotation::{PoseEnds, PoseSpline, ReferenceFrame, RotationEnds, RotationSpline};
 use stiefel_rs::{Curve, GeometricCubic, Interrupt, Quantity, QuasiGeodesic};
 
@@ -62,9 +62,17 @@ fn blocks_for_steps(n: usize, k: usize, steps: usize, embedded: bool) -> usize {
     let before = BLOCKS.load(Ordering::Relaxed);
     let [s, v, a, j] = [&s, &v, &a, &j].map(|m| m.as_ref());
     let trajectory = if embedded {
-        integrate_embedded(s, v, a, j, steps, &EmbeddedOptions::default())
+        integrate_embedded(s, v, a, j, steps, 1.0, Interrupt::NEVER)
     } else {
-        integrate_cubic(s, v, a, j, steps, &SplittingOptions::default())
+        integrate_cubic(
+            s,
+            v,
+            a,
+            j,
+            steps,
+            &SplittingOptions::default(),
+            Interrupt::NEVER,
+        )
     }
     .unwrap();
     let after = BLOCKS.load(Ordering::Relaxed);
@@ -100,7 +108,14 @@ fn count_each(name: &'static str, counts: &mut Vec<(&'static str, usize)>, value
 fn blocks_for_rotations() -> Vec<(&'static str, usize)> {
     let (t, keyframes) = keyframes();
     let natural = RotationEnds::Natural;
-    let spline = RotationSpline::new(&t, &keyframes, &natural, &Default::default()).unwrap();
+    let spline = RotationSpline::new(
+        &t,
+        &keyframes,
+        &natural,
+        &Default::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     spline.rotation(0.5).unwrap();
     let (times, mut counts) = (times(), Vec::new());
     let (mut quaternions, mut rates) = (vec![[0.0; 4]; times.len()], vec![[0.0; 3]; times.len()]);
@@ -141,7 +156,14 @@ fn blocks_for_poses() -> Vec<(&'static str, usize)> {
         Isometry3::from_parts(Translation3::new(t.sin(), t.cos(), 0.1 * t), *q)
     };
     let poses: Vec<_> = t.iter().zip(&keyframes).map(pose).collect();
-    let spline = PoseSpline::new(&t, &poses, &PoseEnds::Natural, &Default::default()).unwrap();
+    let spline = PoseSpline::new(
+        &t,
+        &poses,
+        &PoseEnds::Natural,
+        &Default::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     spline.pose(0.5).unwrap();
     let mut counts = Vec::new();
     count_each("pose", &mut counts, |t| {

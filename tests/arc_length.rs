@@ -46,7 +46,7 @@ fn quasi_geodesics_have_length_speed_times_time() {
             .unwrap();
         let curve = QuasiGeodesic::from_velocity(s.as_ref(), v.as_ref()).unwrap();
         for (t0, t1) in [(0.0, 1.0), (-2.0, 3.0), (0.4, 0.4)] {
-            let found = curve.arc_length(t0, t1).unwrap();
+            let found = curve.arc_length(t0, t1, Interrupt::NEVER).unwrap();
             let bound = RELATIVE * speed * (t1 - t0) + 1e-14;
             assert_within(
                 (found - speed * (t1 - t0)).abs(),
@@ -64,14 +64,14 @@ fn a_curve_that_turns_back_is_as_long_as_both_ways() {
     let rest = circle(&[0.0, 1.0], &[3.0, 3.0]);
     // Angle u -> 3u - 6u^2 + 4u^3, derivative 3 (1 - 2u)^2 >= 0.
     assert_within(
-        (rest.arc_length(0.0, 1.0).unwrap() - 1.0).abs(),
+        (rest.arc_length(0.0, 1.0, Interrupt::NEVER).unwrap() - 1.0).abs(),
         RELATIVE,
         "rest",
     );
     // Angle -u + u^2: down to -1/4 and back.
     let back = circle(&[0.0, 0.0], &[-1.0, 1.0]);
     assert_within(
-        (back.arc_length(0.0, 1.0).unwrap() - 0.5).abs(),
+        (back.arc_length(0.0, 1.0, Interrupt::NEVER).unwrap() - 0.5).abs(),
         RELATIVE,
         "back",
     );
@@ -85,10 +85,10 @@ fn a_curve_that_turns_back_is_as_long_as_both_ways() {
 fn lengths_add_up_and_do_not_change_with_time() {
     for shape in [(3, 1), (3, 2), (4, 4), (7, 3)] {
         let curve = Boundary::random(shape, 1.0, 1.5, &mut Rng::new(2)).curve();
-        let total = curve.arc_length(0.0, 1.0).unwrap();
+        let total = curve.arc_length(0.0, 1.0, Interrupt::NEVER).unwrap();
         let parts: f64 = [0.0, 0.3, 0.55, 1.0]
             .windows(2)
-            .map(|t| curve.arc_length(t[0], t[1]).unwrap())
+            .map(|t| curve.arc_length(t[0], t[1], Interrupt::NEVER).unwrap())
             .sum();
         assert_within(
             (parts - total).abs(),
@@ -127,7 +127,9 @@ fn parameters_of_equal_lengths() {
         let step = length.total() / (count - 1) as f64;
         for pair in t.windows(2) {
             assert!(pair[0] < pair[1], "{shape:?}: {pair:?}");
-            let found = curve.arc_length(pair[0], pair[1]).unwrap();
+            let found = curve
+                .arc_length(pair[0], pair[1], Interrupt::NEVER)
+                .unwrap();
             let bound = 2.0 * RELATIVE * length.total();
             assert_within((found - step).abs(), bound, &format!("{shape:?}"));
         }
@@ -139,7 +141,7 @@ fn parameters_of_equal_lengths() {
         let found = length.parameters(&wanted).unwrap();
         for (wanted, t) in wanted.iter().zip(&found) {
             assert_eq!(length.parameter(*wanted).unwrap(), *t);
-            let back = curve.arc_length(0.0, *t).unwrap();
+            let back = curve.arc_length(0.0, *t, Interrupt::NEVER).unwrap();
             assert_within(
                 (back - wanted).abs(),
                 2.0 * RELATIVE * length.total(),
@@ -163,18 +165,19 @@ fn pieces_are_measured_one_by_one() {
         &views(&points),
         &EndConditions::Natural,
         &SplineOptions::default(),
+        Interrupt::NEVER,
     )
     .unwrap();
     let sum: f64 = curve
         .pieces()
         .iter()
-        .map(|piece| piece.arc_length(0.0, 1.0).unwrap())
+        .map(|piece| piece.arc_length(0.0, 1.0, Interrupt::NEVER).unwrap())
         .sum();
-    let total = curve.arc_length(0.0, 5.0).unwrap();
+    let total = curve.arc_length(0.0, 5.0, Interrupt::NEVER).unwrap();
     assert_within((sum - total).abs(), 2.0 * RELATIVE * total, "pieces");
     let length = ArcLength::of(&curve, Interrupt::NEVER).unwrap();
     for (i, t) in length.equal(50).unwrap().into_iter().enumerate() {
-        let found = curve.arc_length(0.0, t).unwrap();
+        let found = curve.arc_length(0.0, t, Interrupt::NEVER).unwrap();
         let expected = total * i as f64 / 49.0;
         assert_within((found - expected).abs(), 2.0 * RELATIVE * total, "equal");
     }
@@ -192,7 +195,11 @@ fn a_curve_that_does_not_move_has_no_length() {
     let v = Mat::zeros(4, 2);
     let still = GeometricCubic::from_boundary(s.as_ref(), v.as_ref(), s.as_ref(), v.as_ref());
     let still = still.unwrap();
-    assert_within(still.arc_length(0.0, 1.0).unwrap(), 1e-14, "still");
+    assert_within(
+        still.arc_length(0.0, 1.0, Interrupt::NEVER).unwrap(),
+        1e-14,
+        "still",
+    );
     assert_within(distance(&still.point(0.5).unwrap(), &s), 1e-14, "still");
 }
 
@@ -213,11 +220,11 @@ fn results_do_not_depend_on_the_number_of_threads() {
 fn bad_input_is_refused() {
     let curve = Boundary::random((4, 2), 1.0, 1.0, &mut Rng::new(7)).curve();
     assert!(matches!(
-        curve.arc_length(0.0, f64::NAN),
+        curve.arc_length(0.0, f64::NAN, Interrupt::NEVER),
         Err(Error::NonFinite { .. })
     ));
     assert!(matches!(
-        curve.arc_length(1.0, 0.5),
+        curve.arc_length(1.0, 0.5, Interrupt::NEVER),
         Err(Error::InvalidArgument {
             name: "t1",
             found: 0.5,
@@ -315,7 +322,13 @@ fn round_off_of_speeds_does_not_cause_more_evaluations() {
     let angles = [0.0, 0.4, 0.5, 1.1, 1.0, 1.6, 1.7, 2.5];
     let points: Vec<Mat<f64>> = angles.iter().map(|angle| on_circle(*angle)).collect();
     let options = SplineOptions::default();
-    let far = geometric_spline(&t, &views(&points), &EndConditions::Natural, &options);
+    let far = geometric_spline(
+        &t,
+        &views(&points),
+        &EndConditions::Natural,
+        &options,
+        Interrupt::NEVER,
+    );
     let found = evaluations_of_resampling(far.unwrap().0);
     assert!(found < MOST, "far: {found}");
 }

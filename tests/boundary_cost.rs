@@ -82,7 +82,8 @@ fn others(data: &Data) -> Vec<(&'static str, f64)> {
             max_iterations: 12,
             ..Default::default()
         };
-        data.solve_with(&options)?.cost(Interrupt::NEVER)
+        data.solve_with(&options, Interrupt::NEVER)?
+            .cost(Interrupt::NEVER)
     };
     add(
         "geometric",
@@ -209,7 +210,9 @@ fn a_search_finds_nothing_cheaper() {
                 starts: 4,
                 ..Default::default()
             };
-            let all = RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options).unwrap();
+            let all =
+                RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
+                    .unwrap();
             let (least, cost) = (
                 all[0].cost(Interrupt::NEVER).unwrap(),
                 data.solve().unwrap().cost(Interrupt::NEVER).unwrap(),

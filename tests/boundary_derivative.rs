@@ -26,7 +26,15 @@ fn random_cubic((n, k): (usize, usize), speed: f64) -> RiemannianCubic {
     let s = common::random_point(n, k, &mut rng);
     let [v, a, j] = [speed; 3].map(|size| random_tangent(&s, size, &mut rng));
     let options = IntegrationOptions::default();
-    RiemannianCubic::from_initial(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), &options).unwrap()
+    RiemannianCubic::from_initial(
+        s.as_ref(),
+        v.as_ref(),
+        a.as_ref(),
+        j.as_ref(),
+        &options,
+        Interrupt::NEVER,
+    )
+    .unwrap()
 }
 
 /// Derivative of the initial data with respect to `S0, V0, S1, V1`.
@@ -125,6 +133,7 @@ fn nearly_antipodal(gap: f64) -> (RiemannianCubic, [Mat<f64>; 4]) {
         a.as_ref(),
         j.as_ref(),
         &IntegrationOptions::default(),
+        Interrupt::NEVER,
     )
     .unwrap();
     (curve, [rest.clone(), rest.clone(), aside, rest])

@@ -132,7 +132,7 @@ fn splines_are_those_of_the_embedded_matrices() {
                         tension,
                         ..SplineOptions::default()
                     };
-                    match cubic_spline(&t, &views(&points), &ends, &options) {
+                    match cubic_spline(&t, &views(&points), &ends, &options, Interrupt::NEVER) {
                         Ok((curve, _)) => curve,
                         Err(e) => panic!("{quotient:?} {shape:?} {name} {tension} {field:?}: {e}"),
                     }
@@ -192,9 +192,15 @@ fn splines_of_many_unknowns_are_those_of_the_embedded_matrices() {
                     tension,
                     ..SplineOptions::default()
                 };
-                cubic_spline(&t, &views(&points), &EndConditions::Natural, &options)
-                    .unwrap()
-                    .0
+                cubic_spline(
+                    &t,
+                    &views(&points),
+                    &EndConditions::Natural,
+                    &options,
+                    Interrupt::NEVER,
+                )
+                .unwrap()
+                .0
             };
             let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(spline);
             for i in 0..=14 {
@@ -221,7 +227,7 @@ fn smoothing_splines_are_those_of_the_embedded_matrices() {
                     field,
                     ..SmoothingOptions::default()
                 };
-                smoothing_spline(&t, &views(&points), None, &options)
+                smoothing_spline(&t, &views(&points), None, &options, Interrupt::NEVER)
                     .unwrap_or_else(|e| panic!("{quotient:?} {shape:?} {lambda:?} {field:?}: {e}"))
             };
             let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(fit);
@@ -273,10 +279,17 @@ fn cubics_between_ends_are_stationary_and_no_dearer_than_embedded_ones() {
                     ..BoundaryOptions::default()
                 };
                 match quotient {
-                    Quotient::Frames => RiemannianCubic::from_boundary(s0, v0, s1, v1, &options),
-                    Quotient::Subspaces => {
-                        RiemannianCubic::between_subspaces(s0, v0, s1, v1, &options)
+                    Quotient::Frames => {
+                        RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
                     }
+                    Quotient::Subspaces => RiemannianCubic::between_subspaces(
+                        s0,
+                        v0,
+                        s1,
+                        v1,
+                        &options,
+                        Interrupt::NEVER,
+                    ),
                 }
                 .unwrap_or_else(|e| panic!("{quotient:?} {shape:?} {far} {field:?}: {e}"))
             };
@@ -320,8 +333,12 @@ fn cubics_in_tension_and_near_guesses_end_where_they_should() {
                 ..BoundaryOptions::default()
             };
             let curve = match quotient {
-                Quotient::Frames => RiemannianCubic::from_boundary(s0, v0, s1, v1, &options),
-                Quotient::Subspaces => RiemannianCubic::between_subspaces(s0, v0, s1, v1, &options),
+                Quotient::Frames => {
+                    RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
+                }
+                Quotient::Subspaces => {
+                    RiemannianCubic::between_subspaces(s0, v0, s1, v1, &options, Interrupt::NEVER)
+                }
             }
             .unwrap_or_else(|e| panic!("{quotient:?} {shape:?} {tension} {guess:?}: {e}"));
             let missed = missed(quotient, &curve, &data);
@@ -346,8 +363,12 @@ fn all_cubics_that_are_found_are_complex_and_end_where_they_should() {
             ..SearchOptions::default()
         };
         let found = match quotient {
-            Quotient::Frames => RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options),
-            Quotient::Subspaces => RiemannianCubic::all_between_subspaces(s0, v0, s1, v1, &options),
+            Quotient::Frames => {
+                RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
+            }
+            Quotient::Subspaces => {
+                RiemannianCubic::all_between_subspaces(s0, v0, s1, v1, &options, Interrupt::NEVER)
+            }
         }
         .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
         for curve in &found {
@@ -368,7 +389,7 @@ fn a_batch_of_complex_problems_has_their_costs() {
                 field,
                 ..BoundaryOptions::default()
             };
-            solve_boundary(&[views; 3], &options).unwrap()[2]
+            solve_boundary(&[views; 3], &options, Interrupt::NEVER).unwrap()[2]
                 .as_ref()
                 .unwrap()
                 .cost
@@ -397,8 +418,14 @@ fn numbers_to_ten_digits_pass_for_complex_ones() {
             field: ScalarField::Complex,
             ..SplineOptions::default()
         };
-        let (curve, _) = cubic_spline(&t, &views(&points), &EndConditions::Natural, &options)
-            .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
+        let (curve, _) = cubic_spline(
+            &t,
+            &views(&points),
+            &EndConditions::Natural,
+            &options,
+            Interrupt::NEVER,
+        )
+        .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
         let middle = curve.point(t[2]).unwrap();
         let off = apart(quotient, &middle, &points[2]);
         assert!(off < 1e-9, "{quotient:?} {shape:?}: {off:e}");
@@ -413,8 +440,12 @@ fn numbers_to_ten_digits_pass_for_complex_ones() {
             ..BoundaryOptions::default()
         };
         let curve = match quotient {
-            Quotient::Frames => RiemannianCubic::from_boundary(s0, v0, s1, v1, &options),
-            Quotient::Subspaces => RiemannianCubic::between_subspaces(s0, v0, s1, v1, &options),
+            Quotient::Frames => {
+                RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
+            }
+            Quotient::Subspaces => {
+                RiemannianCubic::between_subspaces(s0, v0, s1, v1, &options, Interrupt::NEVER)
+            }
         }
         .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
         let missed = missed(quotient, &curve, &data);
@@ -431,11 +462,23 @@ fn matrices_that_are_not_complex_are_refused() {
         ..SplineOptions::default()
     };
     let points = [a.as_ref(), b.as_ref()];
-    let found = cubic_spline(&[0.0, 1.0], &points, &EndConditions::Natural, &options);
+    let found = cubic_spline(
+        &[0.0, 1.0],
+        &points,
+        &EndConditions::Natural,
+        &options,
+        Interrupt::NEVER,
+    );
     assert!(matches!(found, Err(Error::NotComplex { defect, .. }) if defect > 0.1));
     let odd = random_point(3, 2, &mut rng);
     let points = [odd.as_ref(), odd.as_ref()];
-    let found = cubic_spline(&[0.0, 1.0], &points, &EndConditions::Natural, &options);
+    let found = cubic_spline(
+        &[0.0, 1.0],
+        &points,
+        &EndConditions::Natural,
+        &options,
+        Interrupt::NEVER,
+    );
     assert!(matches!(found, Err(Error::Shape { .. })));
     let rest = Mat::zeros(4, 2);
     let options = BoundaryOptions {
@@ -443,6 +486,6 @@ fn matrices_that_are_not_complex_are_refused() {
         ..BoundaryOptions::default()
     };
     let [a, b, rest] = [&a, &b, &rest].map(|a| a.as_ref());
-    let found = RiemannianCubic::from_boundary(a, rest, b, rest, &options);
+    let found = RiemannianCubic::from_boundary(a, rest, b, rest, &options, Interrupt::NEVER);
     assert!(matches!(found, Err(Error::NotComplex { .. })));
 }

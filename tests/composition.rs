@@ -186,7 +186,7 @@ fn composed_steps_shoot() {
         composition: Composition::new(2, 6).unwrap(),
         ..ShootingOptions::default()
     };
-    let found = shoot(&Frame, &map, &x0, &x1, 40, &options).unwrap();
+    let found = shoot(&Frame, &map, &x0, &x1, 40, &options, Interrupt::NEVER).unwrap();
     assert!(found.report.converged && found.report.iterations <= 5);
     // The discrete flow of order 6 is exact to 1e-8, and so are the momenta it needs.
     let defect = (found.momenta - z0.fixed_rows::<6>(6)).amax();

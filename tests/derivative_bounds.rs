@@ -60,7 +60,15 @@ fn cubic(shape: (usize, usize), sizes: [f64; 3], t_end: f64, seed: u64) -> Riema
         t_end,
         ..IntegrationOptions::default()
     };
-    RiemannianCubic::from_initial(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), &options).unwrap()
+    RiemannianCubic::from_initial(
+        s.as_ref(),
+        v.as_ref(),
+        a.as_ref(),
+        j.as_ref(),
+        &options,
+        Interrupt::NEVER,
+    )
+    .unwrap()
 }
 
 #[test]
@@ -107,7 +115,7 @@ fn on_the_circle_a_cubic_has_the_derivatives_of_its_angle() {
         t_end: 2.0,
         ..IntegrationOptions::default()
     };
-    let curve = RiemannianCubic::from_initial(s, v, a, j, &options).unwrap();
+    let curve = RiemannianCubic::from_initial(s, v, a, j, &options, Interrupt::NEVER).unwrap();
     let bounds = array(&curve.derivative_bounds(Interrupt::NEVER).unwrap());
     let exact = [3.0, 4.0, 2.0];
     for ((bound, exact), limit) in bounds.into_iter().zip(exact).zip(limits(exact, 2.0)) {
@@ -141,8 +149,14 @@ fn splines_of_plane_rotations_have_bounds() {
                 ];
                 let views = points.each_ref().map(|point| point.as_ref().subcols(0, k));
                 let times = [0.0, 1.0, 2.0];
-                let (curve, _) =
-                    cubic_spline(&times, &views, &EndConditions::Natural, &options).unwrap();
+                let (curve, _) = cubic_spline(
+                    &times,
+                    &views,
+                    &EndConditions::Natural,
+                    &options,
+                    Interrupt::NEVER,
+                )
+                .unwrap();
                 let bounds = curve.derivative_bounds(Interrupt::NEVER);
                 let bounds =
                     bounds.unwrap_or_else(|error| panic!("{k} {first:?} {second:?}: {error}"));
@@ -205,7 +219,14 @@ fn pieces_are_bounded_one_by_one_in_the_time_of_the_curve() {
     let views: Vec<MatRef<'_, f64>> = points.iter().map(Mat::as_ref).collect();
     let t = [0.0, 0.2, 1.0, 3.0, 3.5, 5.0];
     let options = SplineOptions::default();
-    let (curve, _) = cubic_spline(&t, &views, &EndConditions::Natural, &options).unwrap();
+    let (curve, _) = cubic_spline(
+        &t,
+        &views,
+        &EndConditions::Natural,
+        &options,
+        Interrupt::NEVER,
+    )
+    .unwrap();
     let bounds = curve.derivative_bounds(Interrupt::NEVER).unwrap();
     assert_eq!(bounds.guarantee, Guarantee::Enclosure);
     for (bound, sample) in array(&bounds).into_iter().zip(dense(&curve, 2000)) {
@@ -214,7 +235,14 @@ fn pieces_are_bounded_one_by_one_in_the_time_of_the_curve() {
     }
     // At half the speed: halves, quarters, eighths.
     let slow = t.map(|t| 2.0 * t);
-    let (other, _) = cubic_spline(&slow, &views, &EndConditions::Natural, &options).unwrap();
+    let (other, _) = cubic_spline(
+        &slow,
+        &views,
+        &EndConditions::Natural,
+        &options,
+        Interrupt::NEVER,
+    )
+    .unwrap();
     let slower = array(&other.derivative_bounds(Interrupt::NEVER).unwrap());
     for ((fast, slow), rate) in array(&bounds).into_iter().zip(slower).zip([2.0, 4.0, 8.0]) {
         assert_within((fast - rate * slow).abs(), 1e-9 * fast, "time");

@@ -10,7 +10,7 @@ use common::*;
 use embedding::*;
 use faer::{Mat, Scale};
 use stiefel_rs::chart::{CovariantData, Sphere, state_from_covariant};
-use stiefel_rs::cubic::{CubicTrajectory, EmbeddedOptions, integrate_embedded};
+use stiefel_rs::cubic::{CubicTrajectory, integrate_embedded};
 use stiefel_rs::{Error, Interrupt, StopReason};
 use trajectories::{difference, random_data, size, state};
 
@@ -142,10 +142,6 @@ fn it_can_be_stopped() {
     let data = random_data((4, 2), 1.0, 65);
     let [s, v, a, j] = data.each_ref().map(Mat::as_ref);
     let question = || true;
-    let options = EmbeddedOptions {
-        interrupt: Interrupt::new(&question),
-        ..EmbeddedOptions::default()
-    };
-    let result = integrate_embedded(s, v, a, j, 10, &options);
+    let result = integrate_embedded(s, v, a, j, 10, 1.0, Interrupt::new(&question));
     assert!(matches!(result, Err(Error::Interrupted { .. })));
 }

@@ -40,7 +40,14 @@ fn spline(
     points: &[Mat<f64>],
     ends: &EndConditions,
 ) -> (Piecewise<GeometricCubic>, SolverReport) {
-    geometric_spline(t, &views(points), ends, &SplineOptions::default()).unwrap()
+    geometric_spline(
+        t,
+        &views(points),
+        ends,
+        &SplineOptions::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap()
 }
 
 /// The largest difference of a quantity between the pieces on both sides of a knot, in the time of the curve.
@@ -311,8 +318,14 @@ fn it_is_near_the_spline_of_least_cost() {
         let (t, points) = walk(shape, 6, 0.6, 15);
         let (curve, _) = spline(&t, &points, &EndConditions::Natural);
         let options = SplineOptions::default();
-        let (least, _) =
-            cubic_spline(&t, &views(&points), &EndConditions::Natural, &options).unwrap();
+        let (least, _) = cubic_spline(
+            &t,
+            &views(&points),
+            &EndConditions::Natural,
+            &options,
+            Interrupt::NEVER,
+        )
+        .unwrap();
         let (cost, bound) = (
             curve.cost(Interrupt::NEVER).unwrap(),
             least.cost(Interrupt::NEVER).unwrap(),
@@ -329,7 +342,13 @@ fn far_data_is_solved_or_refused() {
         for seed in 0..20 {
             let (t, points) = walk(shape, 8, 1.2 + 0.06 * seed as f64, 100 + seed);
             let options = SplineOptions::default();
-            match geometric_spline(&t, &views(&points), &EndConditions::Natural, &options) {
+            match geometric_spline(
+                &t,
+                &views(&points),
+                &EndConditions::Natural,
+                &options,
+                Interrupt::NEVER,
+            ) {
                 Ok((curve, report)) => {
                     assert_smooth(&curve, &t, &points, &format!("{shape:?} {seed} {report}"));
                     solved += 1;
@@ -350,17 +369,21 @@ fn a_limit_of_steps_is_an_error_with_the_residual() {
         max_iterations: 2,
         ..SplineOptions::default()
     };
-    let found = geometric_spline(&t, &views(&points), &EndConditions::Natural, &options);
+    let found = geometric_spline(
+        &t,
+        &views(&points),
+        &EndConditions::Natural,
+        &options,
+        Interrupt::NEVER,
+    );
     let Err(Error::NoConvergence { report, .. }) = found else {
         panic!("two steps are not enough");
     };
     assert!(report.iterations == 2 && report.residual > 1e-12 && !report.converged);
     let stop = || true;
-    let options = SplineOptions {
-        interrupt: Interrupt::new(&stop),
-        ..SplineOptions::default()
-    };
-    let found = geometric_spline(&t, &views(&points), &EndConditions::Natural, &options);
+    let (options, interrupt) = (SplineOptions::default(), Interrupt::new(&stop));
+    let (ends, points) = (EndConditions::Natural, views(&points));
+    let found = geometric_spline(&t, &points, &ends, &options, interrupt);
     assert!(matches!(found, Err(Error::Interrupted { .. })));
 }
 
@@ -387,7 +410,14 @@ fn rounded_points_are_taken() {
 fn bad_knots_are_named() {
     let (t, points) = walk((3, 2), 4, 0.5, 12);
     let solve = |t: &[f64], points: &[Mat<f64>], ends: &EndConditions| {
-        geometric_spline(t, &views(points), ends, &SplineOptions::default()).map(|_| ())
+        geometric_spline(
+            t,
+            &views(points),
+            ends,
+            &SplineOptions::default(),
+            Interrupt::NEVER,
+        )
+        .map(|_| ())
     };
     let natural = EndConditions::Natural;
     let short = solve(&t[..1], &points[..1], &natural);

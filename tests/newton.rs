@@ -52,6 +52,7 @@ fn converges_quadratically() {
         &mut scalar(|x| x * x - 2.0, |x| 2.0 * x),
         &mut x,
         &NewtonOptions::default(),
+        Interrupt::NEVER,
     )
     .unwrap();
     assert!(report.converged && report.reason == StopReason::Converged);
@@ -71,6 +72,7 @@ fn damping_makes_the_arctangent_converge() {
         &mut scalar(f64::atan, |x| 1.0 / (1.0 + x * x)),
         &mut x,
         &NewtonOptions::default(),
+        Interrupt::NEVER,
     )
     .unwrap();
     assert!(report.converged && x[0].abs() < 1e-12, "{report}");
@@ -90,7 +92,13 @@ fn solves_a_linear_system_in_one_step() {
         },
     };
     let mut x = [10.0, -7.0];
-    let report = solve(&mut problem, &mut x, &NewtonOptions::default()).unwrap();
+    let report = solve(
+        &mut problem,
+        &mut x,
+        &NewtonOptions::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     assert_eq!((report.iterations, report.converged), (1, true), "{report}");
     assert!(
         (x[0] - 1.0).abs() < 1e-15 && (x[1] - 1.0).abs() < 1e-15,
@@ -105,6 +113,7 @@ fn says_when_there_is_no_root() {
         &mut scalar(|x| x * x + 1.0, |x| 2.0 * x),
         &mut x,
         &NewtonOptions::default(),
+        Interrupt::NEVER,
     )
     .unwrap();
     assert!(!report.converged, "{report}");
@@ -124,6 +133,7 @@ fn says_when_the_jacobian_is_singular() {
         &mut scalar(|x| x * x - 1.0, |x| 2.0 * x),
         &mut x,
         &NewtonOptions::default(),
+        Interrupt::NEVER,
     )
     .unwrap();
     assert_eq!(report.reason, StopReason::SingularJacobian, "{report}");
@@ -147,40 +157,52 @@ fn keeps_inside_of_the_domain() {
         jacobian: |x: &[f64], mut j: MatMut<'_, f64>| j[(0, 0)] = 1.0 / x[0],
     };
     let mut x = [1.0];
-    let report = solve(&mut problem, &mut x, &NewtonOptions::default()).unwrap();
+    let report = solve(
+        &mut problem,
+        &mut x,
+        &NewtonOptions::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     assert!(
         report.converged && (x[0] - (-3.0_f64).exp()).abs() < 1e-13,
         "{report}"
     );
     // A start outside the domain returns the problem's own error.
     assert!(matches!(
-        solve(&mut problem, &mut [-1.0], &NewtonOptions::default()),
+        solve(
+            &mut problem,
+            &mut [-1.0],
+            &NewtonOptions::default(),
+            Interrupt::NEVER
+        ),
         Err(Error::NonFinite { .. })
     ));
 }
 
 #[test]
 fn limits_and_interrupts() {
-    let run = |options: NewtonOptions<'_>| {
+    let run = |options: NewtonOptions, interrupt: Interrupt<'_>| {
         solve(
             &mut scalar(|x| x * x - 2.0, |x| 2.0 * x),
             &mut [1.5],
             &options,
+            interrupt,
         )
     };
-    let report = run(NewtonOptions {
-        max_iterations: 0,
-        ..NewtonOptions::default()
-    })
+    let report = run(
+        NewtonOptions {
+            max_iterations: 0,
+            ..NewtonOptions::default()
+        },
+        Interrupt::NEVER,
+    )
     .unwrap();
     assert_eq!(
         (report.iterations, report.reason, report.residual),
         (0, StopReason::MaxIterations, 0.25)
     );
     let stop = || true;
-    let stopped = run(NewtonOptions {
-        interrupt: Interrupt::new(&stop),
-        ..NewtonOptions::default()
-    });
+    let stopped = run(NewtonOptions::default(), Interrupt::new(&stop));
     assert!(matches!(stopped, Err(Error::Interrupted { .. })));
 }

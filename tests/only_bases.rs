@@ -7,7 +7,8 @@ use stiefel_rs::spline::{
     estimate_velocities, geometric_spline, smoothing_spline,
 };
 use stiefel_rs::{
-    Error, GeometricCubic, Grassmann, QuasiGeodesic, Quotient, Retraction, Stiefel, skew_exp,
+    Error, GeometricCubic, Grassmann, Interrupt, QuasiGeodesic, Quotient, Retraction, Stiefel,
+    skew_exp,
 };
 
 /// The first columns of the identity, and the same with opposite signs: one subspace.
@@ -94,7 +95,7 @@ fn splines() {
         max_iterations: 1,
         ..SplineOptions::default()
     };
-    let found = cubic_spline(&t, &views, &ends, &options);
+    let found = cubic_spline(&t, &views, &ends, &options, Interrupt::NEVER);
     let [frames, subspaces] = distances(failed(found), Some(0));
     let aligned = Grassmann::new(20, 3)
         .unwrap()
@@ -111,13 +112,19 @@ fn splines() {
 
     let [s0, s1] = opposite();
     let views = [s0.as_ref(), s1.as_ref(), s0.as_ref()];
-    let found = geometric_spline(&t[..3], &views, &ends, &SplineOptions::default());
+    let found = geometric_spline(
+        &t[..3],
+        &views,
+        &ends,
+        &SplineOptions::default(),
+        Interrupt::NEVER,
+    );
     distances(failed(found), Some(0));
     let smoothing = SmoothingOptions {
         lambda: Some(1.0),
         ..SmoothingOptions::default()
     };
-    let found = smoothing_spline(&t[..2], &views[..2], None, &smoothing);
+    let found = smoothing_spline(&t[..2], &views[..2], None, &smoothing, Interrupt::NEVER);
     distances(failed(found), Some(0));
     let found = estimate_velocities(&t[..3], &views, VelocityEstimate::Natural, Quotient::Frames);
     distances(failed(found), Some(0));
@@ -132,12 +139,26 @@ fn boundary_problem() {
         max_iterations: 1,
         ..BoundaryOptions::default()
     };
-    let found = RiemannianCubic::from_boundary(s0, rest.as_ref(), s1, rest.as_ref(), &options);
+    let found = RiemannianCubic::from_boundary(
+        s0,
+        rest.as_ref(),
+        s1,
+        rest.as_ref(),
+        &options,
+        Interrupt::NEVER,
+    );
     let options = SearchOptions {
         boundary: options,
         ..SearchOptions::default()
     };
-    let all = RiemannianCubic::all_from_boundary(s0, rest.as_ref(), s1, rest.as_ref(), &options);
+    let all = RiemannianCubic::all_from_boundary(
+        s0,
+        rest.as_ref(),
+        s1,
+        rest.as_ref(),
+        &options,
+        Interrupt::NEVER,
+    );
     for error in [failed(found), failed(all)] {
         assert!(error.report().is_some_and(|report| !report.converged));
         distances(error, None);
@@ -157,7 +178,7 @@ fn lines_get_no_hint() {
     };
     let data = [&y0, &across, &y1, &rest].map(|x| x.as_ref());
     let [y0, v0, y1, v1] = data;
-    let found = RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options);
+    let found = RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options, Interrupt::NEVER);
     assert!(!matches!(failed(found), Error::OnlyBases { .. }));
 }
 

@@ -73,7 +73,16 @@ fn errors<const X: usize, const Z: usize>(
             z0.fixed_rows::<X>(0).into_owned(),
             exact[steps].fixed_rows::<X>(0).into_owned(),
         );
-        let bvp = shoot(chart, &map, &x0, &x1, steps, &ShootingOptions::default()).unwrap();
+        let bvp = shoot(
+            chart,
+            &map,
+            &x0,
+            &x1,
+            steps,
+            &ShootingOptions::default(),
+            Interrupt::NEVER,
+        )
+        .unwrap();
         assert!(bvp.report.iterations <= 5, "{} Newton steps", bvp.report);
         out[2 + 2 * i] = mean_distance(&embed(&bvp.trajectory), &curve);
     }

@@ -33,7 +33,15 @@ fn random_cubic((n, k): (usize, usize), tension: f64) -> RiemannianCubic {
         tension,
         ..IntegrationOptions::default()
     };
-    RiemannianCubic::from_initial(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), &options).unwrap()
+    RiemannianCubic::from_initial(
+        s.as_ref(),
+        v.as_ref(),
+        a.as_ref(),
+        j.as_ref(),
+        &options,
+        Interrupt::NEVER,
+    )
+    .unwrap()
 }
 
 fn dot(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
@@ -165,7 +173,8 @@ fn initial_data_move_points_as_differences_of_curves() {
                 &y - &point * (&inner + inner.transpose()) * Scale(0.5)
             });
             let [s, v, a, j] = [&point, &v, &a, &j].map(|x| x.as_ref());
-            let curve = RiemannianCubic::from_initial(s, v, a, j, &options).unwrap();
+            let curve =
+                RiemannianCubic::from_initial(s, v, a, j, &options, Interrupt::NEVER).unwrap();
             TIMES.map(|t| curve.point(t).unwrap())
         };
         let h = 1e-3;

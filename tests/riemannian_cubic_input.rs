@@ -22,11 +22,10 @@ fn from_state(state: &[Mat<f64>; 4], t_end: f64) -> Result<RiemannianCubic> {
     };
     let options = IntegrationOptions {
         t_end,
-        interrupt: Interrupt::new(&count),
         ..IntegrationOptions::default()
     };
     let [s, v, a, j] = state.each_ref().map(|x| x.as_ref());
-    let result = RiemannianCubic::from_initial(s, v, a, j, &options);
+    let result = RiemannianCubic::from_initial(s, v, a, j, &options, Interrupt::new(&count));
     let steps = steps.into_inner();
     assert!(steps <= FEW, "t_end {t_end:e}: {steps} steps");
     if let Ok(curve) = &result {
@@ -182,7 +181,7 @@ fn bad_times_and_tolerances() {
             tolerance,
             ..IntegrationOptions::default()
         };
-        let result = RiemannianCubic::from_initial(s, v, a, j, &options);
+        let result = RiemannianCubic::from_initial(s, v, a, j, &options, Interrupt::NEVER);
         let found = matches!(
             result,
             Err(Error::InvalidArgument {
@@ -335,10 +334,9 @@ fn a_question_stops_an_integration() {
     let stop = || true;
     let options = IntegrationOptions {
         t_end: 100.0,
-        interrupt: Interrupt::new(&stop),
         ..IntegrationOptions::default()
     };
-    let result = RiemannianCubic::from_initial(s, v, a, j, &options);
+    let result = RiemannianCubic::from_initial(s, v, a, j, &options, Interrupt::new(&stop));
     assert!(matches!(result, Err(Error::Interrupted { .. })));
     let curve = from_state(&data, 1.0).unwrap();
     let far = curve.sample(

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use stiefel_rs::Error;
 use stiefel_rs::rotation::{ReferenceFrame, RotationEnds, RotationSpline};
 use stiefel_rs::spline::SplineOptions;
+use stiefel_rs::{Error, Interrupt};
 
 #[test]
 fn rates_decide_the_direction_of_half_turns_or_an_error_names_them() {
@@ -15,7 +15,7 @@ fn rates_decide_the_direction_of_half_turns_or_an_error_names_them() {
     let t = [0.0, 1.0, 3.0];
     let with = |rates: [f64; 3]| {
         let rates = rates.map(|rate| axis * rate);
-        RotationSpline::hermite(&t, &q, &rates, &Default::default())
+        RotationSpline::hermite(&t, &q, &rates, &Default::default(), Interrupt::NEVER)
     };
     for sign in [1.0, -1.0] {
         let curve = with([0.0, 0.0, 1e-9 * sign]).unwrap();
@@ -39,9 +39,15 @@ fn a_spline_that_is_not_found_names_the_long_interval() {
     let vectors = [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.5], [1.0, -1.0, 2.0]];
     let q = vectors.map(|v| UnitQuaternion::from_scaled_axis(Vector3::from(v)));
     let t = [0.0, 1.0, 1001.0, 1002.0];
-    let error = RotationSpline::new(&t, &q, &RotationEnds::Natural, &SplineOptions::default())
-        .err()
-        .unwrap();
+    let error = RotationSpline::new(
+        &t,
+        &q,
+        &RotationEnds::Natural,
+        &SplineOptions::default(),
+        Interrupt::NEVER,
+    )
+    .err()
+    .unwrap();
     let Error::AtKnot { knot: 1, source } = &error else {
         panic!("{error}");
     };
@@ -56,7 +62,7 @@ fn a_spline_that_is_not_found_names_the_long_interval() {
         max_iterations: 1,
         ..SplineOptions::default()
     };
-    let error = RotationSpline::new(&t, &q, &RotationEnds::Natural, &options)
+    let error = RotationSpline::new(&t, &q, &RotationEnds::Natural, &options, Interrupt::NEVER)
         .err()
         .unwrap();
     assert!(matches!(error, Error::NoConvergence { .. }), "{error}");

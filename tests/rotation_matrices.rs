@@ -74,10 +74,12 @@ fn near_rotations_have_the_spline_of_their_matrices() {
                     tension,
                     ..SplineOptions::default()
                 };
-                let spline = RotationSpline::new(&t, &q, &ends, &options).unwrap();
+                let spline =
+                    RotationSpline::new(&t, &q, &ends, &options, Interrupt::NEVER).unwrap();
                 let matrices: Vec<_> = q.iter().map(matrix).collect();
                 let views: Vec<_> = matrices.iter().map(|matrix| matrix.as_ref()).collect();
-                let (curve, _) = cubic_spline(&t, &views, &of_matrices, &options).unwrap();
+                let (curve, _) =
+                    cubic_spline(&t, &views, &of_matrices, &options, Interrupt::NEVER).unwrap();
                 let (start, span) = (t[0], t[t.len() - 1] - t[0]);
                 for i in 0..=100 {
                     let time = start + span * f64::from(i) / 100.0;
@@ -96,7 +98,7 @@ fn near_rotations_have_the_spline_of_their_matrices() {
                     );
                 }
                 let [cost, expected] = [
-                    spline.cost().unwrap(),
+                    spline.cost(Interrupt::NEVER).unwrap(),
                     curve.cost(Interrupt::NEVER).unwrap(),
                 ];
                 assert!(

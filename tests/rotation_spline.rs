@@ -11,7 +11,7 @@ use stiefel_rs::rotation::{
     PoseEnd, PoseEnds, PoseSpline, ReferenceFrame, RotationEnd, RotationEnds, RotationSpline,
 };
 use stiefel_rs::spline::{SmoothingOptions, SplineOptions};
-use stiefel_rs::{Curve, Error};
+use stiefel_rs::{Curve, Error, Interrupt};
 
 fn vector(rng: &mut Rng, length: f64) -> Vector3<f64> {
     let v = Vector3::from_fn(|_, _| rng.between(-1.0, 1.0));
@@ -52,7 +52,7 @@ fn at_rest() -> PoseEnd {
 }
 
 fn spline(t: &[f64], q: &[UnitQuaternion<f64>], ends: &RotationEnds) -> RotationSpline {
-    RotationSpline::new(t, q, ends, &SplineOptions::default()).unwrap()
+    RotationSpline::new(t, q, ends, &SplineOptions::default(), Interrupt::NEVER).unwrap()
 }
 
 fn between(t: &[f64], count: usize) -> impl Iterator<Item = f64> {
@@ -233,7 +233,14 @@ fn about_one_axis_it_is_the_spline_of_the_angle() {
         ),
     ] {
         let spline = spline(&t, &q, &ends);
-        let pose = PoseSpline::new(&t, &poses, &pose_ends, &SplineOptions::default()).unwrap();
+        let pose = PoseSpline::new(
+            &t,
+            &poses,
+            &pose_ends,
+            &SplineOptions::default(),
+            Interrupt::NEVER,
+        )
+        .unwrap();
         for time in between(&t, 61) {
             let flat = pose.position(time).unwrap().x;
             let error = spline.rotation(time).unwrap().angle_to(&turn(axis * flat));
@@ -325,6 +332,7 @@ fn half_turns_are_refused_with_the_pair_and_the_angle() {
         &q,
         &RotationEnds::Natural,
         &SplineOptions::default(),
+        Interrupt::NEVER,
     )
     .unwrap_err();
     let Error::AtKnot { knot, source } = error else {
@@ -343,12 +351,13 @@ fn hermite_curves_have_the_given_rates_and_smoothing_nears_the_data() {
         .map(|t| natural.angular_velocity(*t, ReferenceFrame::Body).unwrap())
         .collect();
     // With the rates of the spline, the Hermite curve is the spline.
-    let hermite = RotationSpline::hermite(&t, &q, &rates, &Default::default()).unwrap();
+    let hermite =
+        RotationSpline::hermite(&t, &q, &rates, &Default::default(), Interrupt::NEVER).unwrap();
     let options = SmoothingOptions {
         lambda: Some(1e-9),
         ..SmoothingOptions::default()
     };
-    let smooth = RotationSpline::smoothing(&t, &q, None, &options).unwrap();
+    let smooth = RotationSpline::smoothing(&t, &q, None, &options, Interrupt::NEVER).unwrap();
     for time in between(&t, 77) {
         let here = natural.rotation(time).unwrap();
         let gap = here.angle_to(&hermite.rotation(time).unwrap());
@@ -357,15 +366,24 @@ fn hermite_curves_have_the_given_rates_and_smoothing_nears_the_data() {
         assert!(gap < 1e-6, "{gap:e}");
     }
     assert!(natural.report().unwrap().converged && hermite.report().is_none());
-    assert!(RotationSpline::hermite(&t, &q, &rates[1..], &Default::default()).is_err());
+    assert!(
+        RotationSpline::hermite(&t, &q, &rates[1..], &Default::default(), Interrupt::NEVER)
+            .is_err()
+    );
 }
 
 #[test]
 fn poses_have_the_twist_of_their_matrices() {
     let (t, q) = walk(6, 1.1, 34);
     let poses = at_random_positions(&q, 4);
-    let spline =
-        PoseSpline::new(&t, &poses, &PoseEnds::Natural, &SplineOptions::default()).unwrap();
+    let spline = PoseSpline::new(
+        &t,
+        &poses,
+        &PoseEnds::Natural,
+        &SplineOptions::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     for (time, pose) in t.iter().zip(&poses) {
         let found = spline.pose(*time).unwrap();
         assert!((found.translation.vector - pose.translation.vector).norm() < 1e-14);
@@ -407,7 +425,14 @@ fn linear_jerk_is_the_difference_quotient_of_accelerations() {
     let (t, q) = walk(7, 1.1, 55);
     let poses = at_random_positions(&q, 6);
     for ends in [PoseEnds::Natural, PoseEnds::Each([at_rest(); 2])] {
-        let spline = PoseSpline::new(&t, &poses, &ends, &SplineOptions::default()).unwrap();
+        let spline = PoseSpline::new(
+            &t,
+            &poses,
+            &ends,
+            &SplineOptions::default(),
+            Interrupt::NEVER,
+        )
+        .unwrap();
         for (leg, knots) in t.windows(2).enumerate() {
             // The acceleration is linear on a piece: a difference is exact for any step, except for round-off.
             let h = (knots[1] - knots[0]) / 4.0;
@@ -433,8 +458,14 @@ fn closed_poses_close() {
     let poses = [0.0, 1.0, 0.5, -0.4, 0.0]
         .map(|x: f64| Isometry3::new(Vector3::new(x, x * x, 2.0), Vector3::new(0.2, x, 0.5 * x)));
     let t = [0.0, 1.0, 2.5, 3.0, 4.5];
-    let closed =
-        PoseSpline::new(&t, &poses, &PoseEnds::Periodic, &SplineOptions::default()).unwrap();
+    let closed = PoseSpline::new(
+        &t,
+        &poses,
+        &PoseEnds::Periodic,
+        &SplineOptions::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     let [first, last] = [0.0, 4.5].map(|t| closed.linear_acceleration(t).unwrap());
     assert!((first - last).norm() < 1e-12);
     let [first, last] = [0.0, 4.5].map(|t| {
@@ -444,14 +475,26 @@ fn closed_poses_close() {
     assert!((first - last).norm() < 1e-10);
     let mut open = poses;
     open[4].translation.vector.x += 0.1;
-    let error = PoseSpline::new(&t, &open, &PoseEnds::Periodic, &SplineOptions::default());
+    let error = PoseSpline::new(
+        &t,
+        &open,
+        &PoseEnds::Periodic,
+        &SplineOptions::default(),
+        Interrupt::NEVER,
+    );
     assert!(matches!(error, Err(Error::AtKnot { knot: 4, .. })));
     // Far outside, the last cubic exceeds the range of floating-point numbers.
     let error = closed.position(1e150);
     assert!(matches!(error, Err(Error::Overflow { .. })));
     assert!(closed.position(1e90).is_ok());
     open[2].translation.vector.y = f64::NAN;
-    let error = PoseSpline::new(&t, &open, &PoseEnds::Natural, &SplineOptions::default());
+    let error = PoseSpline::new(
+        &t,
+        &open,
+        &PoseEnds::Natural,
+        &SplineOptions::default(),
+        Interrupt::NEVER,
+    );
     assert!(matches!(error, Err(Error::AtKnot { knot: 2, .. })));
 }
 
@@ -475,8 +518,8 @@ fn bad_input_is_an_error() {
     assert!(matches!(error, Err(Error::Overflow { .. })));
     let options = SplineOptions::default();
     let ends = RotationEnds::Natural;
-    assert!(RotationSpline::new(&t[..1], &q[..1], &ends, &options).is_err());
-    assert!(RotationSpline::new(&t[..3], &q, &ends, &options).is_err());
+    assert!(RotationSpline::new(&t[..1], &q[..1], &ends, &options, Interrupt::NEVER).is_err());
+    assert!(RotationSpline::new(&t[..3], &q, &ends, &options, Interrupt::NEVER).is_err());
     let flat = [[1.0, 0.0], [0.0, 1.0]].map(|[x, y]| faer::mat![[x], [y]]);
     let views = flat.each_ref().map(|x| x.as_ref());
     let (curve, _) = stiefel_rs::spline::cubic_spline(
@@ -484,6 +527,7 @@ fn bad_input_is_an_error() {
         &views,
         &stiefel_rs::spline::EndConditions::Natural,
         &options,
+        Interrupt::NEVER,
     )
     .unwrap();
     let error = RotationSpline::of_curve(std::sync::Arc::new(curve), None, None).unwrap_err();

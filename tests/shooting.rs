@@ -23,7 +23,16 @@ fn check_shooting<const X: usize, const Z: usize>(
         z0.fixed_rows::<X>(0).into_owned(),
         exact.fixed_rows::<X>(0).into_owned(),
     );
-    let found = shoot(chart, map, &x0, &x1, 40, &ShootingOptions::default()).unwrap();
+    let found = shoot(
+        chart,
+        map,
+        &x0,
+        &x1,
+        40,
+        &ShootingOptions::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     assert!(found.report.converged && found.report.reason == StopReason::Converged);
     assert!(
         found.report.iterations <= 5,
@@ -40,7 +49,7 @@ fn check_shooting<const X: usize, const Z: usize>(
         ..ShootingOptions::default()
     };
     assert_eq!(
-        shoot(chart, map, &x0, &x1, 40, &again)
+        shoot(chart, map, &x0, &x1, 40, &again, Interrupt::NEVER)
             .unwrap()
             .report
             .iterations,
@@ -63,17 +72,28 @@ fn shooting_reports_why_it_stopped() {
     let z0 = paper::sphere();
     let x0 = z0.fixed_rows::<4>(0).into_owned();
     let x1 = SVector::from([1.2, 3.5, 0.4, 0.1]);
-    let run = |newton: NewtonOptions<'_>| {
+    let run = |newton: NewtonOptions, interrupt: Interrupt<'_>| {
         let options = ShootingOptions {
             newton,
             ..ShootingOptions::default()
         };
-        shoot(&Sphere, &LinearMap::MIDPOINT, &x0, &x1, 20, &options)
+        shoot(
+            &Sphere,
+            &LinearMap::MIDPOINT,
+            &x0,
+            &x1,
+            20,
+            &options,
+            interrupt,
+        )
     };
-    let never = run(NewtonOptions {
-        max_iterations: 0,
-        ..NewtonOptions::default()
-    });
+    let never = run(
+        NewtonOptions {
+            max_iterations: 0,
+            ..NewtonOptions::default()
+        },
+        Interrupt::NEVER,
+    );
     match never {
         Err(Error::NoConvergence { report, .. }) => {
             assert!(!report.converged && report.iterations == 0 && report.residual > 0.0);
@@ -81,10 +101,13 @@ fn shooting_reports_why_it_stopped() {
         }
         other => panic!("expected NoConvergence, found {other:?}"),
     }
-    let exact = run(NewtonOptions {
-        tolerance: 0.0,
-        ..NewtonOptions::default()
-    });
+    let exact = run(
+        NewtonOptions {
+            tolerance: 0.0,
+            ..NewtonOptions::default()
+        },
+        Interrupt::NEVER,
+    );
     match exact {
         // Round-off limits the accuracy: either the target is reached exactly, or the report says that no step reduces
         // the residual.
@@ -93,15 +116,15 @@ fn shooting_reports_why_it_stopped() {
         other => panic!("{other:?}"),
     }
     let stop = || true;
-    let interrupted = run(NewtonOptions {
-        interrupt: Interrupt::new(&stop),
-        ..NewtonOptions::default()
-    });
+    let interrupted = run(NewtonOptions::default(), Interrupt::new(&stop));
     assert!(matches!(interrupted, Err(Error::Interrupted { .. })));
-    let negative = run(NewtonOptions {
-        tolerance: -1.0,
-        ..NewtonOptions::default()
-    });
+    let negative = run(
+        NewtonOptions {
+            tolerance: -1.0,
+            ..NewtonOptions::default()
+        },
+        Interrupt::NEVER,
+    );
     assert!(matches!(
         negative,
         Err(Error::InvalidArgument {

@@ -18,7 +18,7 @@ fn smooth(t: &[f64], data: &[Mat<f64>], weights: Option<&[f64]>, lambda: f64) ->
         lambda: Some(lambda),
         ..SmoothingOptions::default()
     };
-    let found = smoothing_spline(t, &views(data), weights, &options);
+    let found = smoothing_spline(t, &views(data), weights, &options, Interrupt::NEVER);
     found.unwrap_or_else(|error| panic!("{:?} {lambda}: {error}", data[0].shape()))
 }
 
@@ -150,6 +150,7 @@ fn cross_validation_finds_the_least_score() {
         &views(&points),
         Some(&weights),
         &SmoothingOptions::default(),
+        Interrupt::NEVER,
     )
     .unwrap();
     let least = (0..400)
@@ -206,6 +207,7 @@ fn little_weight_interpolates_and_much_weight_straightens() {
             &views(&data),
             &EndConditions::Natural,
             &SplineOptions::default(),
+            Interrupt::NEVER,
         )
         .unwrap();
         let close = smooth(&t, &data, None, 1e-9);
@@ -253,7 +255,8 @@ fn no_spline_through_distant_data_is_better() {
                 .collect();
             let t: Vec<f64> = (0..5).map(f64::from).collect();
             let (natural, options) = (EndConditions::Natural, SplineOptions::default());
-            let (through, _) = cubic_spline(&t, &views(&points), &natural, &options).unwrap();
+            let (through, _) =
+                cubic_spline(&t, &views(&points), &natural, &options, Interrupt::NEVER).unwrap();
             for lambda in [1e-8, 1e-5, 1e-3] {
                 let found = smooth(&t, &points, None, lambda);
                 let objective = found.misfit + lambda * found.curve.cost(Interrupt::NEVER).unwrap();
@@ -285,8 +288,14 @@ fn repeated_data_count_by_their_weights() {
     }
     // Different points at one time.
     more[4] = data[3].clone();
-    let found =
-        smoothing_spline(&times, &views(&more), None, &SmoothingOptions::default()).unwrap();
+    let found = smoothing_spline(
+        &times,
+        &views(&more),
+        None,
+        &SmoothingOptions::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     assert!(found.lambda > 0.0 && found.degrees_of_freedom > 2.0);
 }
 
@@ -294,11 +303,11 @@ fn repeated_data_count_by_their_weights() {
 fn isometries_and_time_carry_smoothing_along() {
     let (t, data) = noisy((4, 2), 8, 0.2, 8);
     let options = SmoothingOptions::default();
-    let found = smoothing_spline(&t, &views(&data), None, &options).unwrap();
+    let found = smoothing_spline(&t, &views(&data), None, &options, Interrupt::NEVER).unwrap();
     let mut rng = Rng::new(9);
     let (left, right) = (random_rotation(4, &mut rng), random_rotation(2, &mut rng));
     let turned: Vec<Mat<f64>> = data.iter().map(|s| &left * s * &right).collect();
-    let image = smoothing_spline(&t, &views(&turned), None, &options).unwrap();
+    let image = smoothing_spline(&t, &views(&turned), None, &options, Interrupt::NEVER).unwrap();
     assert_within((image.lambda / found.lambda - 1.0).abs(), 1e-3, "lambda");
     let slower: Vec<f64> = t.iter().map(|t| 3.0 * t).collect();
     let slow = smooth(&slower, &data, None, 27.0 * found.lambda);
@@ -329,7 +338,7 @@ fn bad_data_are_named() {
             lambda,
             ..SmoothingOptions::default()
         };
-        smoothing_spline(t, &views(data), weights, &options).map(|_| ())
+        smoothing_spline(t, &views(data), weights, &options, Interrupt::NEVER).map(|_| ())
     };
     for lambda in [-1.0, f64::NAN, f64::NEG_INFINITY] {
         assert!(matches!(
@@ -382,8 +391,14 @@ fn cross_validation_of_many_data_and_of_unequal_times() {
             .collect();
         let t: Vec<f64> = (0..count).map(|i| i as f64).collect();
         let points = circle(&y);
-        let found =
-            smoothing_spline(&t, &views(&points), None, &SmoothingOptions::default()).unwrap();
+        let found = smoothing_spline(
+            &t,
+            &views(&points),
+            None,
+            &SmoothingOptions::default(),
+            Interrupt::NEVER,
+        )
+        .unwrap();
         let worst = (0..count)
             .map(|i| distance(&found.curve.point(t[i]).unwrap(), &circle(&[angle(i)])[0]))
             .fold(0.0, f64::max);
@@ -402,7 +417,7 @@ fn close_times_and_a_heavy_cost() {
             lambda: Some(lambda),
             ..SmoothingOptions::default()
         };
-        let found = smoothing_spline(&t, &views(&data), None, &options).unwrap();
+        let found = smoothing_spline(&t, &views(&data), None, &options, Interrupt::NEVER).unwrap();
         let objective = found.misfit + lambda * found.curve.cost(Interrupt::NEVER).unwrap();
         // If times are 1e-4 apart, 1e-6 is round-off of accelerations, and its square round-off of the cost.
         assert!(

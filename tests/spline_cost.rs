@@ -24,7 +24,14 @@ fn knots((n, k): (usize, usize), count: usize, rng: &mut Rng) -> Vec<Mat<f64>> {
 /// `None` if no spline is found.
 fn cost(points: &[Mat<f64>], ends: &EndConditions) -> Option<f64> {
     let t: Vec<f64> = (0..points.len()).map(|i| i as f64).collect();
-    let (curve, _) = cubic_spline(&t, &views(points), ends, &SplineOptions::default()).ok()?;
+    let (curve, _) = cubic_spline(
+        &t,
+        &views(points),
+        ends,
+        &SplineOptions::default(),
+        Interrupt::NEVER,
+    )
+    .ok()?;
     Some(curve.cost(Interrupt::NEVER).unwrap())
 }
 
@@ -110,10 +117,9 @@ fn what_cannot_be_smoothed_is_given_up_after_a_limit_of_work() {
         let (asked, found) = counted(|interrupt| {
             let options = SmoothingOptions {
                 lambda: Some(1e-8),
-                interrupt,
                 ..SmoothingOptions::default()
             };
-            smoothing_spline(&times(count), &views(&points), None, &options)
+            smoothing_spline(&times(count), &views(&points), None, &options, interrupt)
         });
         refusal(found, &format!("{count} data on {shape:?}"));
         assert!(
@@ -165,7 +171,13 @@ fn splines_through_random_rotations_at_very_uneven_times_are_mostly_found() {
                 t.push(t[i - 1] + 100.0_f64.powf(rng.between(0.0, 1.0)));
             }
         }
-        match RotationSpline::new(&t, &q, &RotationEnds::Natural, &SplineOptions::default()) {
+        match RotationSpline::new(
+            &t,
+            &q,
+            &RotationEnds::Natural,
+            &SplineOptions::default(),
+            Interrupt::NEVER,
+        ) {
             Ok(_) => {}
             Err(Error::AtKnot { source, .. }) if matches!(*source, Error::UnevenTimes { ratio, .. } if ratio > 3.0) =>
             {
@@ -187,8 +199,9 @@ fn near_rotations_at_uneven_times_cost_no_more_than_at_rest() {
         let (t, q) = uneven_walk(&mut rng);
         let [free, resting] =
             [RotationEnds::Natural, RotationEnds::Each([rest(), rest()])].map(|ends| {
-                let spline = RotationSpline::new(&t, &q, &ends, &SplineOptions::default());
-                spline.unwrap().cost().unwrap()
+                let spline =
+                    RotationSpline::new(&t, &q, &ends, &SplineOptions::default(), Interrupt::NEVER);
+                spline.unwrap().cost(Interrupt::NEVER).unwrap()
             });
         if free > (1.0 + SAME) * resting {
             missed.push(trial);

@@ -109,10 +109,7 @@ fn it_can_be_stopped() {
     let data = random_data((4, 2), 1.0, 24);
     let [s, v, a, j] = data.each_ref().map(Mat::as_ref);
     let question = || true;
-    let options = SplittingOptions {
-        interrupt: Interrupt::new(&question),
-        ..SplittingOptions::default()
-    };
-    let result = integrate_cubic(s, v, a, j, 10, &options);
+    let (options, interrupt) = (SplittingOptions::default(), Interrupt::new(&question));
+    let result = integrate_cubic(s, v, a, j, 10, &options, interrupt);
     assert!(matches!(result, Err(Error::Interrupted { .. })));
 }

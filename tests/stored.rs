@@ -63,7 +63,7 @@ fn cubic(data: [&Mat<f64>; 4], t_end: f64, tolerance: f64) -> RiemannianCubic {
         ..IntegrationOptions::default()
     };
     let [s, v, a, j] = data.map(|x| x.as_ref());
-    RiemannianCubic::from_initial(s, v, a, j, &options).unwrap()
+    RiemannianCubic::from_initial(s, v, a, j, &options, Interrupt::NEVER).unwrap()
 }
 
 fn walk((n, k): (usize, usize), count: usize) -> (Vec<f64>, Vec<Mat<f64>>) {
@@ -106,7 +106,8 @@ fn single_curves_come_back_to_the_last_bit() {
             assert_eq!(again.length(), geodesic.length());
         }
         let options = BoundaryOptions::default();
-        let exact = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options).unwrap();
+        let exact =
+            RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER).unwrap();
         let again = through_json(&exact);
         assert_same(&again, &exact, 0.5);
         assert_eq!(again.report(), exact.report());
@@ -163,8 +164,14 @@ fn splines_come_back_to_the_last_bit() {
     for shape in SHAPES {
         let (t, points) = walk(shape, 5);
         let options = SplineOptions::default();
-        let (spline, _) =
-            cubic_spline(&t, &views(&points), &EndConditions::Natural, &options).unwrap();
+        let (spline, _) = cubic_spline(
+            &t,
+            &views(&points),
+            &EndConditions::Natural,
+            &options,
+            Interrupt::NEVER,
+        )
+        .unwrap();
         assert_same(&through_json(&spline), &spline, 0.0);
         let longer = spline.with_outside(Outside::Continued);
         assert_same(&through_json(&longer), &longer, 0.1);
@@ -175,7 +182,7 @@ fn splines_come_back_to_the_last_bit() {
             .collect();
         let options = BoundaryOptions::default();
         let (points, velocities) = (views(&points), views(&velocities));
-        let exact = cubic_hermite(&t, &points, &velocities, &options).unwrap();
+        let exact = cubic_hermite(&t, &points, &velocities, &options, Interrupt::NEVER).unwrap();
         let again = through_json(&exact);
         assert_same(&again, &exact, 0.0);
         for (again, original) in again.pieces().iter().zip(exact.pieces()) {
@@ -191,7 +198,14 @@ fn a_basis_that_pieces_share_is_stored_once() {
     let (n, k, count) = (60, 1, 6);
     let (t, points) = walk((n, k), count);
     let options = SplineOptions::default();
-    let (spline, _) = cubic_spline(&t, &views(&points), &EndConditions::Natural, &options).unwrap();
+    let (spline, _) = cubic_spline(
+        &t,
+        &views(&points),
+        &EndConditions::Natural,
+        &options,
+        Interrupt::NEVER,
+    )
+    .unwrap();
     let stored = serde_json::to_value(&spline).unwrap();
     let frames = stored["arrays"]["frames"]["entries"].as_array().unwrap();
     // Pieces in the span of all points share a basis with that many columns; other bases have at most four columns
@@ -218,7 +232,7 @@ fn another_format_version_or_kind_is_refused() {
     let [s0, v0, s1, v1] = &ends((4, 2));
     let options = BoundaryOptions::default();
     let (s0, v0, s1, v1) = (s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref());
-    let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options).unwrap();
+    let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER).unwrap();
     let said = refused(&curve, |form| form["format"] = json!("another"));
     assert!(
         said.contains("expected format 'stiefel_rs curve', found 'another'"),
@@ -353,10 +367,17 @@ fn tampered_curves_are_refused() {
     tamper(&Geodesic::between(s0, s1).unwrap());
     tamper(&GeometricCubic::from_boundary(s0, v0, s1, v1).unwrap());
     let options = BoundaryOptions::default();
-    tamper(&RiemannianCubic::from_boundary(s0, v0, s1, v1, &options).unwrap());
+    tamper(&RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER).unwrap());
     let (t, points) = walk((3, 2), 4);
     let options = SplineOptions::default();
-    let (spline, _) = cubic_spline(&t, &views(&points), &EndConditions::Natural, &options).unwrap();
+    let (spline, _) = cubic_spline(
+        &t,
+        &views(&points),
+        &EndConditions::Natural,
+        &options,
+        Interrupt::NEVER,
+    )
+    .unwrap();
     tamper(&spline);
     let still: Vec<Mat<f64>> = points.iter().map(|point| point * Scale(0.0)).collect();
     let quick: Piecewise<GeometricCubic> =
@@ -370,7 +391,17 @@ fn tampered_curves_are_refused() {
     let [s0, v0, s1, v1] = &ends((20, 2));
     let (s0, v0, s1, v1) = (s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref());
     tamper(&GeometricCubic::from_boundary(s0, v0, s1, v1).unwrap());
-    tamper(&RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default()).unwrap());
+    tamper(
+        &RiemannianCubic::from_boundary(
+            s0,
+            v0,
+            s1,
+            v1,
+            &BoundaryOptions::default(),
+            Interrupt::NEVER,
+        )
+        .unwrap(),
+    );
 }
 
 #[test]

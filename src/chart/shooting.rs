@@ -19,13 +19,14 @@ use crate::solve::newton::{self, NewtonOptions, Problem};
 /// # Examples
 /// ```
 /// use nalgebra::SVector;
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::chart::{Composition, LinearMap, ShootingOptions, Sphere, shoot};
 /// // From rest to rest along the equator by 1: p = (-jerk, acceleration) = (12, 6) in longitude.
 /// let x0 = SVector::from([std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0]);
 /// let x1 = SVector::from([std::f64::consts::FRAC_PI_2, 1.0, 0.0, 0.0]);
 /// let error = |composition| -> stiefel_rs::Result<f64> {
 ///     let options = ShootingOptions { composition, ..Default::default() };
-///     let found = shoot(&Sphere, &LinearMap::MIDPOINT, &x0, &x1, 10, &options)?;
+///     let found = shoot(&Sphere, &LinearMap::MIDPOINT, &x0, &x1, 10, &options, Interrupt::NEVER)?;
 ///     Ok((found.momenta - SVector::from([0.0, 12.0, 0.0, 6.0])).norm())
 /// };
 /// // The method of order 4 is exact on a cubic polynomial.
@@ -34,19 +35,19 @@ use crate::solve::newton::{self, NewtonOptions, Problem};
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Clone, Copy)]
-pub struct ShootingOptions<'a, const X: usize> {
+pub struct ShootingOptions<const X: usize> {
     /// Time interval `[0, t_end]`.
     pub t_end: f64,
     /// The composition of a step; by default one step of the method itself.
     pub composition: Composition,
     /// Stopping criteria of Newton's method.
-    pub newton: NewtonOptions<'a>,
+    pub newton: NewtonOptions,
     /// Initial guess of the initial momenta; `None` for those of the cubic polynomial in coordinates with the same
     /// ends.
     pub guess: Option<SVector<f64, X>>,
 }
 
-impl<const X: usize> Default for ShootingOptions<'_, X> {
+impl<const X: usize> Default for ShootingOptions<X> {
     fn default() -> Self {
         ShootingOptions {
             t_end: 1.0,
@@ -62,10 +63,11 @@ impl<const X: usize> Default for ShootingOptions<'_, X> {
 /// # Examples
 /// ```
 /// use nalgebra::SVector;
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::chart::{LinearMap, ShootingOptions, Sphere, shoot};
 /// let x0 = SVector::from([1.2, 0.0, 0.5, 1.0]);
 /// let x1 = SVector::from([1.5, 0.9, 0.0, 0.4]);
-/// let found = shoot(&Sphere, &LinearMap::MIDPOINT, &x0, &x1, 20, &ShootingOptions::default())?;
+/// let found = shoot(&Sphere, &LinearMap::MIDPOINT, &x0, &x1, 20, &ShootingOptions::default(), Interrupt::NEVER)?;
 /// assert!(found.report.converged);
 /// assert_eq!(found.trajectory.len(), 21);
 /// assert!((found.trajectory[20].fixed_rows::<4>(0) - x1).norm() < 1e-11);
@@ -95,7 +97,8 @@ pub fn shoot<const X: usize, const Z: usize>(
     x0: &SVector<f64, X>,
     x1: &SVector<f64, X>,
     steps: usize,
-    options: &ShootingOptions<'_, X>,
+    options: &ShootingOptions<X>,
+    interrupt: Interrupt<'_>,
 ) -> Result<Shooting<X, Z>> {
     chart.check("x0", x0.as_slice())?;
     chart.check("x1", x1.as_slice())?;
@@ -106,7 +109,7 @@ pub fn shoot<const X: usize, const Z: usize>(
         Some(guess) => guess,
         None => cubic_guess(chart, x0, x1, options.t_end)?,
     };
-    let (t_end, interrupt) = (options.t_end, options.newton.interrupt);
+    let t_end = options.t_end;
     let composition = options.composition;
     let mut unknowns = momenta.as_slice().to_vec();
     let z0 = SVector::from_fn(|i, _| if i < X { x0[i] } else { 0.0 });
@@ -120,7 +123,7 @@ pub fn shoot<const X: usize, const Z: usize>(
         t_end,
         interrupt,
     };
-    let report = newton::solve(&mut problem, &mut unknowns, &options.newton)?;
+    let report = newton::solve(&mut problem, &mut unknowns, &options.newton, interrupt)?;
     if !report.converged {
         return Err(Error::NoConvergence {
             solver: "shooting",
@@ -145,7 +148,7 @@ pub fn shoot<const X: usize, const Z: usize>(
     })
 }
 
-fn check_options<const X: usize>(options: &ShootingOptions<'_, X>) -> Result<()> {
+fn check_options<const X: usize>(options: &ShootingOptions<X>) -> Result<()> {
     crate::linalg::structure::check_finite_scalar("t_end", options.t_end)?;
     if options.t_end == 0.0 {
         return Err(Error::InvalidArgument {

@@ -5,7 +5,6 @@ use faer::MatRef;
 use super::taylor::work::allowance;
 use super::tension::{check_leg_tension, check_tension};
 use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
 use crate::space::ScalarField;
 
 /// Default limit of steps from one start.
@@ -17,16 +16,16 @@ const MAX_ITERATIONS: usize = 50;
 /// ```
 /// use faer::mat;
 /// use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic};
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
 /// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
-/// let first = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
+/// let first = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default(), Interrupt::NEVER)?;
 /// assert!((first.point(1.0)? - s1).norm_l2() < 1e-12);
 /// // From a solution there is less to do.
 /// let (a, j) = (first.acceleration(0.0)?, first.jerk(0.0)?);
 /// let options = BoundaryOptions { guess: Some((a.as_ref(), j.as_ref())), ..Default::default() };
-/// let again = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options)?;
+/// let again = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)?;
 /// let iterations = |curve: &RiemannianCubic| curve.report().map(|report| report.iterations);
 /// assert!(iterations(&again) < iterations(&first));
 /// # Ok::<(), stiefel_rs::Error>(())
@@ -54,8 +53,6 @@ pub struct BoundaryOptions<'a> {
     pub tension: f64,
     /// Scalars of the matrices; complex matrices are embedded in real ones.
     pub field: ScalarField,
-    /// Polled before every step.
-    pub interrupt: Interrupt<'a>,
 }
 
 impl Default for BoundaryOptions<'_> {
@@ -67,7 +64,6 @@ impl Default for BoundaryOptions<'_> {
             guess: None,
             tension: 0.0,
             field: ScalarField::Real,
-            interrupt: Interrupt::NEVER,
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Options for integrating a Riemannian cubic from initial data.
 
 use super::taylor::march::Accuracy;
-use crate::interrupt::Interrupt;
 use crate::space::Quotient;
 
 /// Options of the initial value solver.
@@ -10,20 +9,21 @@ use crate::space::Quotient;
 /// ```
 /// use faer::mat;
 /// use stiefel_rs::cubic::{IntegrationOptions, RiemannianCubic};
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// let (s, v) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (a, j) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [3.0], [0.0]]);
 /// let [s, v, a, j] = [&s, &v, &a, &j].map(|a| a.as_ref());
 /// let full = IntegrationOptions { t_end: 2.0, ..Default::default() };
-/// let exact = RiemannianCubic::from_initial(s, v, a, j, &full)?;
+/// let exact = RiemannianCubic::from_initial(s, v, a, j, &full, Interrupt::NEVER)?;
 /// assert_eq!(exact.t_span(), (0.0, 2.0));
-/// let rough = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions { tolerance: 1e-6, ..full })?;
+/// let rough =
+///     RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions { tolerance: 1e-6, ..full }, Interrupt::NEVER)?;
 /// let error = (rough.point(2.0)? - exact.point(2.0)?).norm_l2();
 /// assert!(1e-12 < error && error < 1e-6);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Clone, Copy)]
-pub struct IntegrationOptions<'a> {
+pub struct IntegrationOptions {
     /// End time: the curve is computed between 0 and this time, which may be negative.
     pub t_end: f64,
     /// Truncation error per step of the Taylor method, relative to the state, in `[1e-17, 0.1]`. It also bounds the
@@ -33,11 +33,9 @@ pub struct IntegrationOptions<'a> {
     pub tension: f64,
     /// The meaning of the points: frames or subspaces.
     pub quotient: Quotient,
-    /// Polled every few steps.
-    pub interrupt: Interrupt<'a>,
 }
 
-impl Default for IntegrationOptions<'_> {
+impl Default for IntegrationOptions {
     /// The interval `[0, 1]`, to round-off, for frames without tension.
     fn default() -> Self {
         IntegrationOptions {
@@ -45,7 +43,6 @@ impl Default for IntegrationOptions<'_> {
             tolerance: Accuracy::FULL.truncation,
             tension: 0.0,
             quotient: Quotient::Frames,
-            interrupt: Interrupt::NEVER,
         }
     }
 }

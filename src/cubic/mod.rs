@@ -43,7 +43,7 @@ pub use boundary::search::SearchOptions;
 pub use boundary_options::BoundaryOptions;
 pub use integration_options::IntegrationOptions;
 pub use integrators::composition::SplittingOrder;
-pub use integrators::embedded::{EmbeddedOptions, integrate_embedded};
+pub use integrators::embedded::integrate_embedded;
 pub use integrators::splitting::{SplittingOptions, integrate_cubic};
 pub use integrators::trajectory::CubicTrajectory;
 pub use riemannian_cubic::RiemannianCubic;

@@ -48,12 +48,13 @@ use crate::space::Quotient;
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::{Curve, RiemannianCubic};
+/// use stiefel_rs::{Curve, Interrupt, RiemannianCubic};
 /// use stiefel_rs::cubic::IntegrationOptions;
 /// let (s, v) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (a, j) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [0.0], [0.0]]);
 /// let options = IntegrationOptions::default();
-/// let curve = RiemannianCubic::from_initial(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), &options)?;
+/// let curve =
+///     RiemannianCubic::from_initial(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), &options, Interrupt::NEVER)?;
 /// assert!((curve.acceleration(0.0)? - a).norm_l2() < 1e-14);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
@@ -80,7 +81,8 @@ impl RiemannianCubic {
         v: MatRef<'_, f64>,
         a: MatRef<'_, f64>,
         j: MatRef<'_, f64>,
-        options: &IntegrationOptions<'_>,
+        options: &IntegrationOptions,
+        interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         check_duration(options.t_end)?;
         let range = Accuracy::FULL.truncation..=0.1;
@@ -106,7 +108,7 @@ impl RiemannianCubic {
             end if end.abs() < f64::MIN_POSITIVE => smallest,
             end => end,
         };
-        extend(&mut taylor, time_map, end, options.interrupt)?;
+        extend(&mut taylor, time_map, end, interrupt)?;
         let mut curve =
             Self::of_taylor(s.nrows(), s.ncols(), data.frame.map(Arc::new), taylor, None);
         curve.time_map = time_map;
@@ -406,13 +408,13 @@ fn reaching<'a>(
 /// use faer::mat;
 /// use stiefel_rs::cubic::IntegrationOptions;
 /// use stiefel_rs::cubic::riemannian_cubic::{RiemannianCubic, CubicWorkspace};
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// use stiefel_rs::linalg::jet::MatrixJet;
 /// // On a circle: the angle is t + t^2 + t^3.
 /// let (s, v) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]]);
 /// let (a, j) = (mat![[0.0], [2.0]], mat![[0.0], [6.0]]);
 /// let [s, v, a, j] = [&s, &v, &a, &j].map(|a| a.as_ref());
-/// let curve = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions::default())?;
+/// let curve = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions::default(), Interrupt::NEVER)?;
 /// let (mut work, mut jet): (CubicWorkspace, MatrixJet) = (curve.workspace(), MatrixJet::zeros(2, 1));
 /// for t in [0.0, 0.5, 1.0] {
 ///     curve.coordinates_into(t, 1, &mut work, &mut jet)?;

@@ -76,7 +76,7 @@ impl<C: Curve + Stored + Send + 'static> AnyCurve for C {
     }
 
     fn arc_length(&self, t0: f64, t1: f64, interrupt: Interrupt<'_>) -> Result<f64> {
-        Ok(ArcLength::between(self, t0, t1, interrupt)?.total())
+        Curve::arc_length(self, t0, t1, interrupt)
     }
 
     fn resample(&self, count: usize, interrupt: Interrupt<'_>) -> Result<Vec<f64>> {

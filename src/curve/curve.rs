@@ -49,7 +49,7 @@ use crate::space::Quotient;
 ///         Ok(())
 ///     }
 /// }
-/// assert!((Circle.arc_length(0.0, 2.0)? - 2.0).abs() < 1e-14);
+/// assert!((Circle.arc_length(0.0, 2.0, Interrupt::NEVER)? - 2.0).abs() < 1e-14);
 /// assert!(Circle.acceleration(0.3)?.norm_l2() < 1e-14 && Circle.cost(Interrupt::NEVER)? < 1e-28);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
@@ -244,12 +244,13 @@ pub trait Curve: Send + Sync {
     /// # Accuracy
     /// Accurate to 1e-12 relative, or to the round-off of the velocity or of the parameter if that is larger.
     /// # Errors
-    /// `NonFinite`, `InvalidArgument`, `NoConvergence`, `Overflow`, and an error if the curve does not exist somewhere.
-    fn arc_length(&self, t0: f64, t1: f64) -> Result<f64>
+    /// `NonFinite`, `InvalidArgument`, `NoConvergence`, `Overflow`, `Interrupted`, and an error if the curve does not
+    /// exist somewhere.
+    fn arc_length(&self, t0: f64, t1: f64, interrupt: Interrupt<'_>) -> Result<f64>
     where
         Self: Sized,
     {
-        Ok(length_between(self, t0, t1, Interrupt::NEVER)?.total())
+        Ok(length_between(self, t0, t1, interrupt)?.total())
     }
 
     /// The largest norms of velocity, covariant acceleration and covariant jerk over [`Curve::t_span`].

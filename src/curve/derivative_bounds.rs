@@ -31,7 +31,7 @@ const CANDIDATES: usize = 3;
 /// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
 /// let geometric = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
 /// assert_eq!(geometric.derivative_bounds(Interrupt::NEVER)?.guarantee, Guarantee::Sampling);
-/// let cubic = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
+/// let cubic = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default(), Interrupt::NEVER)?;
 /// assert_eq!(cubic.derivative_bounds(Interrupt::NEVER)?.guarantee, Guarantee::Enclosure);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```

@@ -110,10 +110,9 @@ pub fn solve_boundary<'py>(
             tolerance: tol,
             max_iterations,
             field,
-            interrupt,
             ..BoundaryOptions::default()
         };
-        let found = solutions(&batches, quotient, field, &options)?;
+        let found = solutions(&batches, quotient, field, &options, interrupt)?;
         Ok(found.map(|found| fields(&found, field, &lead, (n, k))))
     })?;
     let explained = |(member, error)| at_member(&call.explained(error), member, &shape);
@@ -185,11 +184,12 @@ fn solutions(
     quotient: Quotient,
     field: Field,
     options: &BoundaryOptions<'_>,
+    interrupt: Interrupt<'_>,
 ) -> Result<std::result::Result<Vec<FoundMember>, Failure>> {
     let problem = |i: usize| batches.each_ref().map(|batch| batch.get(i));
     let problems: Vec<_> = (0..batches[0].len()).map(problem).collect();
     for (i, problem) in problems.iter().enumerate() {
-        options.interrupt.check("boundary problems")?;
+        interrupt.check("boundary problems")?;
         let checked = match quotient {
             Quotient::Frames => check_data(*problem),
             Quotient::Subspaces => check_subspaces(*problem),
@@ -200,8 +200,8 @@ fn solutions(
     }
     let mut found = Vec::with_capacity(problems.len());
     let all = match quotient {
-        Quotient::Frames => solved(&problems, options),
-        Quotient::Subspaces => solve_subspace_boundary(&problems, options),
+        Quotient::Frames => solved(&problems, options, interrupt),
+        Quotient::Subspaces => solve_subspace_boundary(&problems, options, interrupt),
     }?;
     for (i, solution) in all.into_iter().enumerate() {
         found.push(match solution {

@@ -283,9 +283,8 @@ pub fn integrate_cubic(
             tension,
             quotient,
             order,
-            interrupt,
         };
-        let trajectory = integrate(s, v, a, j, steps, &options)?;
+        let trajectory = integrate(s, v, a, j, steps, &options, interrupt)?;
         interrupt.check("splitting of a cubic")?;
         sampled(trajectory)
     })?;

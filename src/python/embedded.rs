@@ -4,7 +4,7 @@ use super::cubic_trajectory::{PyCubicTrajectory, sampled};
 use super::points::Points;
 use super::prelude::*;
 use super::projection::Projection;
-use crate::cubic::{EmbeddedOptions, integrate_embedded as integrate};
+use crate::cubic::integrate_embedded as integrate;
 
 /// Integrate a Riemannian cubic by equal steps of a symplectic method in the embedding.
 ///
@@ -78,8 +78,7 @@ pub fn integrate_embedded(
     let steps = count("steps", steps, 1)?;
     let weight = EVALUATIONS * (steps as f64 + 1.0);
     let (trajectory, samples) = run_on(py, field, data, weight, move |[s, v, a, j], interrupt| {
-        let options = EmbeddedOptions { t_end, interrupt };
-        let trajectory = integrate(s, v, a, j, steps, &options)?;
+        let trajectory = integrate(s, v, a, j, steps, t_end, interrupt)?;
         interrupt.check("cubic in the embedding")?;
         sampled(trajectory)
     })?;

@@ -291,7 +291,6 @@ impl Shot {
         let newton = NewtonOptions {
             tolerance: self.tol,
             max_iterations: self.max_iterations,
-            interrupt,
         };
         let Shot { steps, .. } = self;
         let options = ShootingOptions {
@@ -300,7 +299,15 @@ impl Shot {
             newton,
             guess: self.guess.as_ref().map(|guess| state::<X>(guess)),
         };
-        let found = shoot(chart, &steps.map, &x0, &x1, steps.count, &options)?;
+        let found = shoot(
+            chart,
+            &steps.map,
+            &x0,
+            &x1,
+            steps.count,
+            &options,
+            interrupt,
+        )?;
         let mut trajectory = vec![0.0; found.trajectory.len() * Z];
         write_states(&found.trajectory, &mut trajectory);
         Ok((trajectory, found.momenta.as_slice().to_vec(), found.report))

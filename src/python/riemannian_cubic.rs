@@ -112,9 +112,8 @@ impl PyRiemannianCubic {
                 tolerance: tol,
                 tension,
                 quotient,
-                interrupt,
             };
-            RiemannianCubic::from_initial(s, v, a, j, &options)
+            RiemannianCubic::from_initial(s, v, a, j, &options, interrupt)
         })?;
         Self::wrapped(S.py(), curve, field)
     }
@@ -240,7 +239,6 @@ impl PyRiemannianCubic {
                     guess: guess.as_ref().map(|[a, j]| (a.as_ref(), j.as_ref())),
                     tension,
                     field,
-                    interrupt,
                 };
                 if all_found {
                     let options = SearchOptions {
@@ -249,17 +247,19 @@ impl PyRiemannianCubic {
                     };
                     return match points.quotient {
                         Quotient::Frames => {
-                            RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options)
+                            RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options, interrupt)
                         }
-                        Quotient::Subspaces => {
-                            RiemannianCubic::all_between_subspaces(s0, v0, s1, v1, &options)
-                        }
+                        Quotient::Subspaces => RiemannianCubic::all_between_subspaces(
+                            s0, v0, s1, v1, &options, interrupt,
+                        ),
                     };
                 }
                 let curve = match points.quotient {
-                    Quotient::Frames => RiemannianCubic::from_boundary(s0, v0, s1, v1, &boundary),
+                    Quotient::Frames => {
+                        RiemannianCubic::from_boundary(s0, v0, s1, v1, &boundary, interrupt)
+                    }
                     Quotient::Subspaces => {
-                        RiemannianCubic::between_subspaces(s0, v0, s1, v1, &boundary)
+                        RiemannianCubic::between_subspaces(s0, v0, s1, v1, &boundary, interrupt)
                     }
                 }?;
                 Ok(vec![curve])

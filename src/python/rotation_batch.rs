@@ -198,8 +198,8 @@ pub fn interpolated_rotations(
             t,
             rotations,
         } = member;
-        let options = how.options(interrupt);
-        RotationSpline::with_conditions(t, rotations, &conditions[index], &options)
+        let options = how.options();
+        RotationSpline::with_conditions(t, rotations, &conditions[index], &options, interrupt)
     })?;
     let wrap = |(spline, given)| PyRotationCurve::of(py, spline, Some(given), None);
     splines.into_iter().zip(given).map(wrap).collect()
@@ -258,11 +258,8 @@ pub fn rotations_with_rates(
             rotations,
         } = member;
         let rates = &rates[index * knots..][..knots];
-        let options = BoundaryOptions {
-            interrupt,
-            ..BoundaryOptions::default()
-        };
-        let spline = RotationSpline::hermite(t, rotations, rates, &options)?;
+        let options = BoundaryOptions::default();
+        let spline = RotationSpline::hermite(t, rotations, rates, &options, interrupt)?;
         let frames: Vec<_> = rotations.iter().map(frame).collect();
         let vectors: Vec<_> = rotations
             .iter()
@@ -339,12 +336,11 @@ pub fn smoothed_rotations(
             lambda: lam,
             tolerance: tol,
             max_iterations,
-            interrupt,
             ..SmoothingOptions::default()
         };
         let frames: Vec<_> = member.rotations.iter().map(frame).collect();
         let points: Vec<_> = frames.iter().map(Mat::as_ref).collect();
-        let fit = Fit::new(member.t, &points, weights.as_deref(), &options)?;
+        let fit = Fit::new(member.t, &points, weights.as_deref(), &options, interrupt)?;
         let curve = fit.fitted.curve.clone().with_outside(Outside::Continued);
         let (start, report) = (member.rotations.first(), fit.fitted.report);
         let spline = RotationSpline::of_curve(Arc::new(curve), start, Some(report))?;

@@ -99,12 +99,11 @@ impl How {
         })
     }
 
-    pub(super) fn options(self, interrupt: Interrupt<'_>) -> SplineOptions<'_> {
+    pub(super) fn options(self) -> SplineOptions {
         SplineOptions {
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
             tension: self.tension,
-            interrupt,
             ..SplineOptions::default()
         }
     }
@@ -295,8 +294,8 @@ impl PyRotationCurve {
             .distributed(rotations.len() > ROTATIONS_ON_ONE_THREAD);
         let given = SolveInput::new(py, entries, bc_type, given, how)?;
         let spline = call.run(move |interrupt| {
-            let options = how.options(interrupt);
-            RotationSpline::with_conditions(&t, &rotations, &conditions, &options)
+            let options = how.options();
+            RotationSpline::with_conditions(&t, &rotations, &conditions, &options, interrupt)
         })?;
         Self::of(py, spline, Some(given), None)
     }

@@ -140,10 +140,9 @@ impl PySmoothingSpline {
                 max_iterations,
                 quotient,
                 field,
-                interrupt,
             };
             let views = data.points.views();
-            Fit::new(&data.t, &views, weights.as_deref(), &options)
+            Fit::new(&data.t, &views, weights.as_deref(), &options, interrupt)
         })?;
         fit.wrap(t.py(), field, extrapolate)
     }
@@ -173,11 +172,12 @@ impl Fit {
         t: &[f64],
         data: &[MatRef<'_, f64>],
         weights: Option<&[f64]>,
-        options: &SmoothingOptions<'_>,
+        options: &SmoothingOptions,
+        interrupt: Interrupt<'_>,
     ) -> Result<Self> {
-        let fitted = smoothing_spline(t, data, weights, options)?;
+        let fitted = smoothing_spline(t, data, weights, options, interrupt)?;
         let (knots, position) = (fitted.curve.knots(), Quantity::Derivative(0));
-        let points = Curve::sample(&fitted.curve, knots, position, options.interrupt)?;
+        let points = Curve::sample(&fitted.curve, knots, position, interrupt)?;
         let rows = points.iter().flat_map(|point| point.row_iter());
         let points = rows.flat_map(|row| row.iter()).copied().collect();
         Ok(Fit { fitted, points })

@@ -111,12 +111,15 @@ impl PyCubicHermite {
                 (false, _) => {
                     let options = BoundaryOptions {
                         field,
-                        interrupt,
                         ..BoundaryOptions::default()
                     };
                     let curve = match quotient {
-                        Quotient::Frames => cubic_hermite(t, &points, &vectors, &options),
-                        Quotient::Subspaces => subspace_hermite(t, &points, &vectors, &options),
+                        Quotient::Frames => {
+                            cubic_hermite(t, &points, &vectors, &options, interrupt)
+                        }
+                        Quotient::Subspaces => {
+                            subspace_hermite(t, &points, &vectors, &options, interrupt)
+                        }
                     }?;
                     Cubics::Riemannian(Arc::new(curve.with_outside(outside)))
                 }
@@ -316,24 +319,25 @@ impl PyCubicSpline {
                 tension,
                 quotient,
                 field,
-                interrupt,
             };
             let (t, points) = (&data.t, data.points.views());
             let outside = outside(extrapolate);
             let (cubics, report) = match (geometric, quotient) {
                 (false, _) => {
-                    let (curve, report) = cubic_spline(t, &points, &conditions, &options)?;
+                    let (curve, report) =
+                        cubic_spline(t, &points, &conditions, &options, interrupt)?;
                     let curve = Arc::new(curve.with_outside(outside));
                     (Cubics::Riemannian(curve), report)
                 }
                 (true, Quotient::Frames) => {
-                    let (curve, report) = geometric_spline(t, &points, &conditions, &options)?;
+                    let (curve, report) =
+                        geometric_spline(t, &points, &conditions, &options, interrupt)?;
                     let curve = Arc::new(curve.with_outside(outside));
                     (Cubics::Geometric(curve), report)
                 }
                 (true, Quotient::Subspaces) => {
                     let solve = geometric_subspace_spline;
-                    let (curve, report) = solve(t, &points, &conditions, &options)?;
+                    let (curve, report) = solve(t, &points, &conditions, &options, interrupt)?;
                     let curve = Arc::new(curve.with_outside(outside));
                     (Cubics::GeometricOfSubspaces(curve), report)
                 }

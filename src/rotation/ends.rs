@@ -15,12 +15,13 @@ use crate::spline::{EndCondition, EndConditions};
 /// # Examples
 /// ```
 /// use nalgebra::{UnitQuaternion, Vector3};
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::rotation::{ReferenceFrame, RotationEnd, RotationEnds, RotationSpline};
 /// // Keyframes at the angles t^3 about an axis: from rest, with the right acceleration at the end, it is that cubic.
 /// let axis = Vector3::new(0.6, 0.0, 0.8);
 /// let keyframes = [0.0, 0.125, 1.0].map(|a| UnitQuaternion::from_scaled_axis(axis * a));
 /// let ends = RotationEnds::Each([RotationEnd::Rate(Vector3::zeros()), RotationEnd::Acceleration(axis * 6.0)]);
-/// let spline = RotationSpline::new(&[0.0, 0.5, 1.0], &keyframes, &ends, &Default::default())?;
+/// let spline = RotationSpline::new(&[0.0, 0.5, 1.0], &keyframes, &ends, &Default::default(), Interrupt::NEVER)?;
 /// assert!((spline.angular_velocity(0.8, ReferenceFrame::Body)? - axis * 1.92).norm() < 1e-11);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
@@ -39,11 +40,13 @@ pub enum RotationEnds {
 /// # Examples
 /// ```
 /// use nalgebra::{UnitQuaternion, Vector3};
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::rotation::{RotationEnd, RotationEnds, RotationSpline};
 /// // From rest to rest: the angle is 3 t^2 - 2 t^3.
 /// let keyframes = [0.0, 1.0].map(|a| UnitQuaternion::from_scaled_axis(Vector3::y() * a));
 /// let rest = RotationEnd::Rate(Vector3::zeros());
-/// let spline = RotationSpline::new(&[0.0, 1.0], &keyframes, &RotationEnds::Each([rest; 2]), &Default::default())?;
+/// let ends = RotationEnds::Each([rest; 2]);
+/// let spline = RotationSpline::new(&[0.0, 1.0], &keyframes, &ends, &Default::default(), Interrupt::NEVER)?;
 /// assert!((spline.rotation(0.25)?.angle() - 0.15625).abs() < 1e-12);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
@@ -60,10 +63,12 @@ pub enum RotationEnd {
 /// # Examples
 /// ```
 /// use nalgebra::{Isometry3, Vector3};
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::rotation::{PoseEnds, PoseSpline};
 /// // Back to where it began, with the same velocity and acceleration.
 /// let poses = [0.0, 1.0, 0.5, 0.0].map(|x| Isometry3::new(Vector3::x() * x, Vector3::z() * x));
-/// let spline = PoseSpline::new(&[0.0, 1.0, 2.0, 3.0], &poses, &PoseEnds::Periodic, &Default::default())?;
+/// let spline =
+///     PoseSpline::new(&[0.0, 1.0, 2.0, 3.0], &poses, &PoseEnds::Periodic, &Default::default(), Interrupt::NEVER)?;
 /// let [first, last] = [0.0, 3.0].map(|t| spline.linear_velocity(t));
 /// assert!((first? - last?).norm() < 1e-12);
 /// # Ok::<(), stiefel_rs::Error>(())
@@ -83,10 +88,12 @@ pub enum PoseEnds {
 /// # Examples
 /// ```
 /// use nalgebra::{Isometry3, Vector3};
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::rotation::{PoseEnd, PoseEnds, PoseSpline};
 /// let poses = [0.0, 1.0].map(|x| Isometry3::new(Vector3::x() * x, Vector3::z() * x));
 /// let rest = PoseEnd::Velocity { angular: Vector3::zeros(), linear: Vector3::zeros() };
-/// let spline = PoseSpline::new(&[0.0, 1.0], &poses, &PoseEnds::Each([rest; 2]), &Default::default())?;
+/// let spline =
+///     PoseSpline::new(&[0.0, 1.0], &poses, &PoseEnds::Each([rest; 2]), &Default::default(), Interrupt::NEVER)?;
 /// assert!((spline.position(0.25)?.x - 0.15625).abs() < 1e-15);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```

@@ -8,6 +8,7 @@ use super::reference_frame::ReferenceFrame;
 use super::rotation_spline::RotationSpline;
 use crate::curve::sampling::check_parameter;
 use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
 use crate::manifold::stiefel::POINT_TOLERANCE;
 use crate::spline::SplineOptions;
 
@@ -31,12 +32,14 @@ use crate::spline::SplineOptions;
 /// # Examples
 /// ```
 /// use nalgebra::{Isometry3, Vector3};
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::rotation::{PoseEnds, PoseSpline, ReferenceFrame};
 /// // Along a circle in the plane, with the first axis forward.
 /// let poses = [0.0, 0.5, 1.0, 1.5].map(|a: f64| {
 ///     Isometry3::new(Vector3::new(a.sin(), 1.0 - a.cos(), 0.0), Vector3::z() * a)
 /// });
-/// let spline = PoseSpline::new(&[0.0, 0.5, 1.0, 1.5], &poses, &PoseEnds::Natural, &Default::default())?;
+/// let spline =
+///     PoseSpline::new(&[0.0, 0.5, 1.0, 1.5], &poses, &PoseEnds::Natural, &Default::default(), Interrupt::NEVER)?;
 /// let twist = spline.twist(0.75, ReferenceFrame::Body)?;
 /// // Forward at unit speed, and turning at unit rate.
 /// assert!((twist.fixed_rows::<3>(0) - Vector3::z()).norm() < 1e-12);
@@ -61,10 +64,11 @@ impl PoseSpline {
         t: &[f64],
         poses: &[Isometry3<f64>],
         ends: &PoseEnds,
-        options: &SplineOptions<'_>,
+        options: &SplineOptions,
+        interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         let turns: Vec<UnitQuaternion<f64>> = poses.iter().map(|pose| pose.rotation).collect();
-        let rotations = RotationSpline::new(t, &turns, &ends.of_rotations(), options)?;
+        let rotations = RotationSpline::new(t, &turns, &ends.of_rotations(), options, interrupt)?;
         let mut positions: Vec<_> = poses.iter().map(|pose| pose.translation.vector).collect();
         for (knot, position) in positions.iter().enumerate() {
             if let Some(index) = position.iter().position(|x| !x.is_finite()) {

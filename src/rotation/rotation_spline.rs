@@ -51,10 +51,12 @@ type LazyCurve = LazyLock<
 /// # Examples
 /// ```
 /// use nalgebra::{UnitQuaternion, Vector3};
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::rotation::{ReferenceFrame, RotationEnds, RotationSpline};
 /// let vectors = [[0.0, 0.0, 0.0], [0.3, -0.2, 0.5], [0.9, 0.1, 0.4], [0.5, 0.6, 0.1]];
 /// let keyframes = vectors.map(|v| UnitQuaternion::from_scaled_axis(Vector3::from(v)));
-/// let spline = RotationSpline::new(&[0.0, 1.0, 2.5, 3.0], &keyframes, &RotationEnds::Natural, &Default::default())?;
+/// let ends = RotationEnds::Natural;
+/// let spline = RotationSpline::new(&[0.0, 1.0, 2.5, 3.0], &keyframes, &ends, &Default::default(), Interrupt::NEVER)?;
 /// assert!(spline.rotation(2.5)?.angle_to(&keyframes[2]) < 1e-12);
 /// // The rate is the derivative of the rotation: R(t + h) = R(t) exp(h w).
 /// let (t, h) = (1.7, 1e-4);
@@ -92,14 +94,15 @@ impl RotationSpline {
         t: &[f64],
         rotations: &[UnitQuaternion<f64>],
         ends: &RotationEnds,
-        options: &SplineOptions<'_>,
+        options: &SplineOptions,
+        interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         let conditions = match rotations {
             [first, .., last] => ends.on_frames([first, last]),
             // Too few rotations: `cubic_spline` raises the error.
             _ => EndConditions::Natural,
         };
-        Self::with_conditions(t, rotations, &conditions, options)
+        Self::with_conditions(t, rotations, &conditions, options, interrupt)
     }
 
     /// [`RotationSpline::new`] with the end conditions of `St(3, 3)`.
@@ -110,7 +113,8 @@ impl RotationSpline {
         t: &[f64],
         rotations: &[UnitQuaternion<f64>],
         ends: &EndConditions,
-        options: &SplineOptions<'_>,
+        options: &SplineOptions,
+        interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         options.check()?;
         check_times(t, rotations.len())?;
@@ -120,13 +124,13 @@ impl RotationSpline {
             if let (Ends::Periodic, [first, .., last]) = (&body, &mut rotations[..]) {
                 *last = *first;
             }
-            if let Some(near) = near_rotations(t, &rotations, &body, options)? {
+            if let Some(near) = near_rotations(t, &rotations, &body, options, interrupt)? {
                 return Ok(Self::of_near(t, near, rotations));
             }
         }
         let frames: Vec<_> = rotations.iter().map(frame).collect();
         let points: Vec<MatRef<'_, f64>> = frames.iter().map(|frame| frame.as_ref()).collect();
-        let (curve, report, legs) = cubic_spline_of_legs(t, &points, ends, options)?;
+        let (curve, report, legs) = cubic_spline_of_legs(t, &points, ends, options, interrupt)?;
         let curve = curve.with_outside(Outside::Continued);
         let rotations = rotations.iter().map(|q| q.coords.into()).collect();
         let curve = Arc::new(curve);
@@ -167,6 +171,7 @@ impl RotationSpline {
         rotations: &[UnitQuaternion<f64>],
         rates: &[Vector3<f64>],
         options: &BoundaryOptions<'_>,
+        interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         if rates.len() != rotations.len() {
             return Err(Error::Shape {
@@ -185,7 +190,7 @@ impl RotationSpline {
             let views = all.iter().map(|matrix| matrix.as_ref());
             views.collect::<Vec<MatRef<'_, f64>>>()
         });
-        let curve = cubic_hermite(t, &points, &vectors, options)?;
+        let curve = cubic_hermite(t, &points, &vectors, options, interrupt)?;
         check_directions(t, rotations, rates)?;
         let rotations = rotations.iter().map(|q| q.coords.into()).collect();
         let curve = Arc::new(curve.with_outside(Outside::Continued));
@@ -205,11 +210,12 @@ impl RotationSpline {
         t: &[f64],
         rotations: &[UnitQuaternion<f64>],
         weights: Option<&[f64]>,
-        options: &SmoothingOptions<'_>,
+        options: &SmoothingOptions,
+        interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         let frames: Vec<_> = rotations.iter().map(frame).collect();
         let points: Vec<MatRef<'_, f64>> = frames.iter().map(|frame| frame.as_ref()).collect();
-        let smooth = smoothing_spline(t, &points, weights, options)?;
+        let smooth = smoothing_spline(t, &points, weights, options, interrupt)?;
         let curve = smooth.curve.with_outside(Outside::Continued);
         Self::of_curve(Arc::new(curve), rotations.first(), Some(smooth.report))
     }
@@ -293,9 +299,9 @@ impl RotationSpline {
     /// 1/s^2. It is the same in the body frame and in the world frame.
     ///
     /// # Errors
-    /// `Overflow`, and the errors of evaluating the curve.
-    pub fn cost(&self) -> Result<f64> {
-        self.curve().cost(Interrupt::NEVER)
+    /// `Overflow`, `Interrupted`, and the errors of evaluating the curve.
+    pub fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64> {
+        self.curve().cost(interrupt)
     }
 
     /// The report of the spline's solver; `None` if every leg was computed separately.

@@ -343,6 +343,7 @@ fn boundary_values_are_those_of_shooting() {
                 points[1],
                 v[1].as_ref(),
                 &BoundaryOptions::default(),
+                Interrupt::NEVER,
             )
             .unwrap();
             for s in [0.1, 0.5, 0.8] {

@@ -21,7 +21,7 @@ const STEP_LENGTHS: i32 = 30;
 /// # Examples
 /// ```
 /// use faer::{MatMut, mat};
-/// use stiefel_rs::Result;
+/// use stiefel_rs::{Interrupt, Result};
 /// use stiefel_rs::newton::{NewtonOptions, Problem, solve};
 /// /// Where the circle of radius 5 meets the line `y = x - 1`.
 /// struct Meeting;
@@ -38,7 +38,7 @@ const STEP_LENGTHS: i32 = 30;
 ///     }
 /// }
 /// let mut x = [5.0, 5.0];
-/// let report = solve(&mut Meeting, &mut x, &NewtonOptions::default())?;
+/// let report = solve(&mut Meeting, &mut x, &NewtonOptions::default(), Interrupt::NEVER)?;
 /// assert!(report.converged);
 /// assert!((x[0] - 4.0).hypot(x[1] - 3.0) < 1e-12);
 /// # Ok::<(), stiefel_rs::Error>(())
@@ -65,7 +65,7 @@ pub trait Problem {
 /// ```
 /// use faer::MatMut;
 /// use stiefel_rs::newton::{NewtonOptions, Problem, solve};
-/// use stiefel_rs::{Result, StopReason};
+/// use stiefel_rs::{Interrupt, Result, StopReason};
 /// /// `x^2 = 2`.
 /// struct Root;
 /// impl Problem for Root {
@@ -83,29 +83,26 @@ pub trait Problem {
 /// }
 /// let mut x = [1.0];
 /// let one = NewtonOptions { max_iterations: 1, ..Default::default() };
-/// assert_eq!(solve(&mut Root, &mut x, &one)?.reason, StopReason::MaxIterations);
+/// assert_eq!(solve(&mut Root, &mut x, &one, Interrupt::NEVER)?.reason, StopReason::MaxIterations);
 /// assert_eq!(x, [1.5]);
-/// assert!(solve(&mut Root, &mut x, &NewtonOptions::default())?.converged);
+/// assert!(solve(&mut Root, &mut x, &NewtonOptions::default(), Interrupt::NEVER)?.converged);
 /// assert!((x[0] - 2.0_f64.sqrt()).abs() < 1e-12);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Clone, Copy)]
-pub struct NewtonOptions<'a> {
+pub struct NewtonOptions {
     /// The iteration has converged once the Euclidean norm of the residual is at most this.
     pub tolerance: f64,
     /// Maximal number of Newton steps.
     pub max_iterations: usize,
-    /// Polled before every step.
-    pub interrupt: Interrupt<'a>,
 }
 
-impl Default for NewtonOptions<'_> {
+impl Default for NewtonOptions {
     /// Residual `1e-12`, at most 50 steps.
     fn default() -> Self {
         NewtonOptions {
             tolerance: 1e-12,
             max_iterations: 50,
-            interrupt: Interrupt::NEVER,
         }
     }
 }
@@ -127,7 +124,8 @@ impl Default for NewtonOptions<'_> {
 pub fn solve(
     problem: &mut impl Problem,
     x: &mut [f64],
-    options: &NewtonOptions<'_>,
+    options: &NewtonOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<SolverReport> {
     let m = problem.dim();
     if x.len() != m {
@@ -149,13 +147,13 @@ pub fn solve(
         if iterations == options.max_iterations {
             break StopReason::MaxIterations;
         }
-        options.interrupt.check("Newton iteration")?;
+        interrupt.check("Newton iteration")?;
         problem.evaluate(x, &mut residual, Some(jacobian.as_mut()))?;
         let Some(step) = solve_square(jacobian.as_ref(), &residual) else {
             break StopReason::SingularJacobian;
         };
         let found = backtracked(size, STEP_LENGTHS, |share| {
-            options.interrupt.check("Newton iteration")?;
+            interrupt.check("Newton iteration")?;
             let trial: Vec<f64> = x
                 .iter()
                 .zip(&step)

@@ -9,11 +9,12 @@
 /// ```
 /// use faer::mat;
 /// use stiefel_rs::cubic::{IntegrationOptions, RiemannianCubic};
-/// use stiefel_rs::{Curve, Quotient};
+/// use stiefel_rs::{Curve, Interrupt, Quotient};
 /// // Lines in the plane through the angle t, as subspaces.
 /// let (y, v, zero) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]], mat![[0.0], [0.0]]);
 /// let options = IntegrationOptions { quotient: Quotient::Subspaces, ..Default::default() };
-/// let curve = RiemannianCubic::from_initial(y.as_ref(), v.as_ref(), zero.as_ref(), zero.as_ref(), &options)?;
+/// let [start, v, zero] = [&y, &v, &zero].map(|a| a.as_ref());
+/// let curve = RiemannianCubic::from_initial(start, v, zero, zero, &options, Interrupt::NEVER)?;
 /// assert!((curve.point(0.5)? - mat![[0.5_f64.cos()], [0.5_f64.sin()]]).norm_l2() < 1e-15);
 /// assert_eq!(curve.quotient(), Quotient::Subspaces);
 /// # Ok::<(), stiefel_rs::Error>(())

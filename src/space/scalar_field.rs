@@ -16,13 +16,13 @@ use crate::linalg::complex_embedding::{check_embedded, embed, nearest};
 /// use faer::{Mat, c64, mat};
 /// use stiefel_rs::linalg::complex_embedding::{embed, restrict};
 /// use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline};
-/// use stiefel_rs::{Curve, ScalarField};
+/// use stiefel_rs::{Curve, Interrupt, ScalarField};
 /// // Phases.
 /// let phase = |angle: f64| embed(mat![[c64::new(angle.cos(), angle.sin())]].as_ref());
 /// let points = [0.0, 0.5, 1.0].map(phase);
 /// let views = points.each_ref().map(Mat::as_ref);
 /// let options = SplineOptions { field: ScalarField::Complex, ..Default::default() };
-/// let (curve, _) = cubic_spline(&[0.0, 1.0, 2.0], &views, &EndConditions::Natural, &options)?;
+/// let (curve, _) = cubic_spline(&[0.0, 1.0, 2.0], &views, &EndConditions::Natural, &options, Interrupt::NEVER)?;
 /// let middle = restrict(curve.point(0.5)?.as_ref())?;
 /// assert!((middle[(0, 0)] - c64::new(0.25_f64.cos(), 0.25_f64.sin())).norm() < 1e-13);
 /// # Ok::<(), stiefel_rs::Error>(())

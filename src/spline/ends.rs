@@ -15,14 +15,14 @@ use crate::space::Quotient;
 /// ```
 /// use faer::{MatRef, mat};
 /// use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline};
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// // On the circle it is the spline of the angle.
 /// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let views: Vec<MatRef<'_, f64>> = points.iter().map(|point| point.as_ref()).collect();
 /// let t = [0.0, 1.0, 2.0];
-/// let (natural, _) = cubic_spline(&t, &views, &EndConditions::Natural, &SplineOptions::default())?;
+/// let (natural, _) = cubic_spline(&t, &views, &EndConditions::Natural, &SplineOptions::default(), Interrupt::NEVER)?;
 /// assert!(natural.acceleration(0.0)?.norm_l2() < 1e-10);
-/// let (closed, _) = cubic_spline(&t, &views, &EndConditions::Periodic, &SplineOptions::default())?;
+/// let (closed, _) = cubic_spline(&t, &views, &EndConditions::Periodic, &SplineOptions::default(), Interrupt::NEVER)?;
 /// assert!((closed.acceleration(0.0)? - closed.acceleration(2.0)?).norm_l2() < 1e-10);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
@@ -52,14 +52,14 @@ impl EndConditions {
 /// ```
 /// use faer::{MatRef, mat};
 /// use stiefel_rs::spline::{EndCondition, EndConditions, SplineOptions, cubic_spline};
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// // On the circle, points at the angles t^3: with the right ends the spline is that cubic.
 /// let points = [0.0_f64, 0.125, 1.0].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let views: Vec<MatRef<'_, f64>> = points.iter().map(|point| point.as_ref()).collect();
 /// let at_rest = EndCondition::Velocity(mat![[0.0], [0.0]]);
 /// let speeding_up = EndCondition::Acceleration(mat![[-6.0 * 1.0_f64.sin()], [6.0 * 1.0_f64.cos()]]);
 /// let ends = EndConditions::Each(Box::new([at_rest, speeding_up]));
-/// let (curve, _) = cubic_spline(&[0.0, 0.5, 1.0], &views, &ends, &SplineOptions::default())?;
+/// let (curve, _) = cubic_spline(&[0.0, 0.5, 1.0], &views, &ends, &SplineOptions::default(), Interrupt::NEVER)?;
 /// assert!((curve.point(0.8)?[(1, 0)] - 0.512_f64.sin()).abs() < 1e-12);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```

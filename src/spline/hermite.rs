@@ -8,6 +8,7 @@ use super::piecewise::Piecewise;
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
 use crate::manifold::tangent::check_vector;
 use crate::space::Quotient;
 use crate::threads::{self, scaled};
@@ -28,9 +29,10 @@ pub fn cubic_hermite(
     points: &[MatRef<'_, f64>],
     velocities: &[MatRef<'_, f64>],
     options: &BoundaryOptions<'_>,
+    interrupt: Interrupt<'_>,
 ) -> Result<Piecewise<RiemannianCubic>> {
     pieces(Quotient::Frames, t, points, velocities, |s0, v0, s1, v1| {
-        RiemannianCubic::from_boundary(s0, v0, s1, v1, options)
+        RiemannianCubic::from_boundary(s0, v0, s1, v1, options, interrupt)
     })
 }
 
@@ -51,7 +53,7 @@ pub fn cubic_hermite(
 /// let rest = mat![[0.0], [0.0]];
 /// let views = points.each_ref().map(|point| point.as_ref());
 /// let options = BoundaryOptions::default();
-/// let curve = subspace_hermite(&[0.0, 1.0, 3.0], &views, &[rest.as_ref(); 3], &options)?;
+/// let curve = subspace_hermite(&[0.0, 1.0, 3.0], &views, &[rest.as_ref(); 3], &options, Interrupt::NEVER)?;
 /// assert!((curve.cost(Interrupt::NEVER)? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
@@ -60,10 +62,11 @@ pub fn subspace_hermite(
     points: &[MatRef<'_, f64>],
     velocities: &[MatRef<'_, f64>],
     options: &BoundaryOptions<'_>,
+    interrupt: Interrupt<'_>,
 ) -> Result<Piecewise<RiemannianCubic>> {
     let quotient = Quotient::Subspaces;
     let curve = pieces(quotient, t, points, velocities, |y0, v0, y1, v1| {
-        RiemannianCubic::between_subspaces(y0, v0, y1, v1, options)
+        RiemannianCubic::between_subspaces(y0, v0, y1, v1, options, interrupt)
     })?;
     let pieces = joined(quotient, None, curve.pieces().to_vec(), None)?;
     Ok(Piecewise::new(t.to_vec(), pieces))

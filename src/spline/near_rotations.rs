@@ -19,6 +19,7 @@ use crate::cubic::RiemannianCubic;
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::tension::check_leg_tension;
 use crate::error::Result;
+use crate::interrupt::Interrupt;
 use crate::legs::{Curves, Knots};
 use crate::linalg::lanes::Lanes;
 use crate::report::{SolverReport, Strategy};
@@ -48,7 +49,8 @@ pub(crate) fn near_rotations(
     t: &[f64],
     rotations: &[UnitQuaternion<f64>],
     ends: &Ends,
-    options: &SplineOptions<'_>,
+    options: &SplineOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<Option<SolvedRotations>> {
     let legs = t.len() - 1;
     let unit = (t[legs] - t[0]) / legs as f64;
@@ -74,7 +76,7 @@ pub(crate) fn near_rotations(
         return Ok(None);
     }
     let work = work_of_legs(legs, solved_blocks(), options);
-    let effort = Effort::new(options, &work);
+    let effort = Effort::new(options, &work, interrupt);
     let may_go_on = |products| work.may_go_on(products);
     let options = effort.options(&may_go_on);
     let (report, curves) =

@@ -4,7 +4,6 @@ use super::knots::check_tolerance;
 use crate::cubic::taylor::work::{Work, allowance};
 use crate::cubic::tension::check_tension;
 use crate::error::Result;
-use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::Appearance;
 use crate::space::{Kind, Quotient, ScalarField};
 
@@ -16,18 +15,18 @@ pub(super) const MAX_ITERATIONS: usize = 200;
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline};
 /// let points = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.6, 0.8]].map(|[x, y, z]| mat![[x], [y], [z]]);
 /// let views = points.each_ref().map(|point| point.as_ref());
 /// let options = SplineOptions { tolerance: 1e-10, ..Default::default() };
-/// let (curve, report) = cubic_spline(&[0.0, 1.0, 2.0], &views, &EndConditions::Natural, &options)?;
+/// let (curve, report) = cubic_spline(&[0.0, 1.0, 2.0], &views, &EndConditions::Natural, &options, Interrupt::NEVER)?;
 /// assert!(report.converged && report.residual <= 1e-10);
 /// assert!((curve.point(1.0)? - &points[1]).norm_l2() < 1e-10);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Clone, Copy)]
-pub struct SplineOptions<'a> {
+pub struct SplineOptions {
     /// The iteration has converged once all point and velocity defects of legs, and all jumps of the covariant
     /// acceleration, are at most this, in the time of a leg.
     pub tolerance: f64,
@@ -42,11 +41,9 @@ pub struct SplineOptions<'a> {
     pub quotient: Quotient,
     /// Scalars of the points; complex points are embedded in real ones.
     pub field: ScalarField,
-    /// Polled before every leg of every step.
-    pub interrupt: Interrupt<'a>,
 }
 
-impl Default for SplineOptions<'_> {
+impl Default for SplineOptions {
     /// `1e-12`, at most 200 steps, no tension.
     fn default() -> Self {
         SplineOptions {
@@ -55,12 +52,11 @@ impl Default for SplineOptions<'_> {
             tension: 0.0,
             quotient: Quotient::Frames,
             field: ScalarField::Real,
-            interrupt: Interrupt::NEVER,
         }
     }
 }
 
-impl SplineOptions<'_> {
+impl SplineOptions {
     /// Checks what can be checked without points.
     ///
     /// # Errors

@@ -21,6 +21,7 @@ use crate::cubic::RiemannianCubic;
 use crate::cubic::tension::check_leg_tension;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
 use crate::legs::Curves;
 use crate::linalg::product::entries;
 use crate::manifold::only_bases::{advised_knots, appearance};
@@ -44,9 +45,10 @@ pub fn cubic_spline(
     t: &[f64],
     points: &[MatRef<'_, f64>],
     ends: &EndConditions,
-    options: &SplineOptions<'_>,
+    options: &SplineOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<(Piecewise<RiemannianCubic>, SolverReport)> {
-    let (curve, report, _) = cubic_spline_of_legs(t, points, ends, options)?;
+    let (curve, report, _) = cubic_spline_of_legs(t, points, ends, options, interrupt)?;
     Ok((curve, report))
 }
 
@@ -65,7 +67,8 @@ pub(crate) fn cubic_spline_of_legs(
     t: &[f64],
     points: &[MatRef<'_, f64>],
     ends: &EndConditions,
-    options: &SplineOptions<'_>,
+    options: &SplineOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<SplineOfLegs> {
     options.check()?;
     knots::check(t, points)?;
@@ -73,7 +76,7 @@ pub(crate) fn cubic_spline_of_legs(
     options.field.check(points.iter().copied())?;
     options.field.check(ends.vectors())?;
     let problem = SplineProblem::new(t, points, ends, options)?;
-    let solved = problem.solve(options);
+    let solved = problem.solve(options, interrupt);
     let (pieces, solution) =
         solved.map_err(|error| advised_knots(error, options.quotient, points))?;
     if solution.legs.is_none() {
@@ -118,7 +121,7 @@ impl<'e> SplineProblem<'e> {
         t: &[f64],
         points: &[MatRef<'_, f64>],
         ends: &'e EndConditions,
-        options: &SplineOptions<'_>,
+        options: &SplineOptions,
     ) -> Result<Self> {
         let knots = ReducedKnots::of_spline(options.kind(), t, points, ends)?;
         // Multiply one factor at a time: the product of the factors may overflow.
@@ -136,40 +139,54 @@ impl<'e> SplineProblem<'e> {
     ///
     /// # Errors
     /// As [`cubic_spline`].
-    fn solve(&self, options: &SplineOptions<'_>) -> Result<SolvedPieces> {
+    fn solve(&self, options: &SplineOptions, interrupt: Interrupt<'_>) -> Result<SolvedPieces> {
         match self.knots.is_small() {
-            true => self.solve_in_frames(options),
-            false => self.solve_in_ambient(options),
+            true => self.solve_in_frames(options, interrupt),
+            false => self.solve_in_ambient(options, interrupt),
         }
     }
 
-    fn solve_in_frames(&self, options: &SplineOptions<'_>) -> Result<SolvedPieces> {
+    fn solve_in_frames(
+        &self,
+        options: &SplineOptions,
+        interrupt: Interrupt<'_>,
+    ) -> Result<SolvedPieces> {
         let (kind, (_, columns)) = (options.kind(), self.knots.shape());
         let frames = frames(kind, &self.knots.points)?;
         let ends = self.knots.ends(self.ends, |knot, v| {
             coordinates(kind, frames[knot].as_ref(), v.as_ref())
         });
         let lengths = self.knots.lengths.clone();
-        let chain = Framed::new(kind, frames.into(), columns, lengths, options.interrupt)?;
+        let chain = Framed::new(kind, frames.into(), columns, lengths, interrupt)?;
         let (chain, space) = (chain.in_tension(self.tension), self.knots.space());
         let solution = if chain.blocks().dim() == 0 {
             // A space of dimension zero.
             let report = SolverReport::new(StopReason::Converged, 0, 0.0, 0.0);
             ChainSolution::none(report.found_by(Strategy::Direct))
         } else {
-            solve::in_frames(&chain, &ends, options)?
+            solve::in_frames(&chain, &ends, options, interrupt)?
         };
-        finished((&chain, &ends), solution, &space, options)
+        finished((&chain, &ends), solution, &space, options, interrupt)
     }
 
-    fn solve_in_ambient(&self, options: &SplineOptions<'_>) -> Result<SolvedPieces> {
+    fn solve_in_ambient(
+        &self,
+        options: &SplineOptions,
+        interrupt: Interrupt<'_>,
+    ) -> Result<SolvedPieces> {
         let ends = self.knots.ends(self.ends, |_, v| entries(v));
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
-        let chain = Ambient::new(options.kind(), points, lengths, options.interrupt)?;
+        let chain = Ambient::new(options.kind(), points, lengths, interrupt)?;
         let chain = chain.in_tension(self.tension);
         let seem = appearance(self.knots.quotient(), &self.knots.points);
-        let solution = solve::in_ambient(&chain, &ends, seem, options)?;
-        finished((&chain, &ends), solution, &self.knots.space(), options)
+        let solution = solve::in_ambient(&chain, &ends, seem, options, interrupt)?;
+        finished(
+            (&chain, &ends),
+            solution,
+            &self.knots.space(),
+            options,
+            interrupt,
+        )
     }
 }
 
@@ -181,13 +198,14 @@ fn finished(
     (chain, ends): (&impl Chain, &Ends),
     solution: ChainSolution,
     space: &SpannedSpace,
-    options: &SplineOptions<'_>,
+    options: &SplineOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<SolvedPieces> {
     if !solution.report.converged {
         let error = Error::no_convergence(SOLVER, solution.report, options.tolerance);
         return Err(advised(error, chain, ends));
     }
-    let piece = |leg: usize| piece(chain, leg, &solution, options.interrupt);
+    let piece = |leg: usize| piece(chain, leg, &solution, interrupt);
     let pieces = pieces(chain.lengths().len(), space, piece)?;
     Ok((pieces, solution))
 }
@@ -215,7 +233,7 @@ mod tests {
         let curve = |v: &Mat<f64>| {
             let (zero, options) = (Mat::zeros(4, 2), IntegrationOptions::default());
             let [s, v, zero] = [&s, v, &zero].map(|x| x.as_ref());
-            RiemannianCubic::from_initial(s, v, zero, zero, &options).unwrap()
+            RiemannianCubic::from_initial(s, v, zero, zero, &options, Interrupt::NEVER).unwrap()
         };
         let pieces = [curve(&inside), curve(&outside)];
         assert!(check_complex(ScalarField::Complex, &pieces[..1]).is_ok());

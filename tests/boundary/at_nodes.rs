@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions};
 use stiefel_rs::linalg::complex_embedding::embed;
-use stiefel_rs::{Curve, RiemannianCubic, ScalarField, Strategy};
+use stiefel_rs::{Curve, Interrupt, RiemannianCubic, ScalarField, Strategy};
 
 use crate::common::{
     Rng, Worst, assert_within, cyclic_permutation, distance, gaussian, identity,
@@ -28,7 +28,7 @@ const SHAPES: [(usize, usize); 8] = [
 /// problem.
 fn assert_is_solution(data: &Data, options: &BoundaryOptions<'_>, what: &str) {
     let [there, back] = [data.clone(), data.reversed()].map(|data| {
-        let curve = data.solve_with(options);
+        let curve = data.solve_with(options, Interrupt::NEVER);
         let curve = curve.unwrap_or_else(|error| panic!("{what}: {error}"));
         let report = curve.report().unwrap();
         assert_eq!(report.strategy, Some(Strategy::Direct), "{what}");
@@ -173,7 +173,8 @@ fn a_guess_leads_back_to_its_curve() {
         let [v, a, j] = [2.0, 6.0, 12.0].map(|size| random_tangent(&s, size, &mut rng));
         let [s_, v_, a_, j_] = [&s, &v, &a, &j].map(|x| x.as_ref());
         let options = IntegrationOptions::default();
-        let curve = RiemannianCubic::from_initial(s_, v_, a_, j_, &options).unwrap();
+        let curve =
+            RiemannianCubic::from_initial(s_, v_, a_, j_, &options, Interrupt::NEVER).unwrap();
         let data = Data {
             s0: s.clone(),
             v0: v.clone(),
@@ -181,10 +182,13 @@ fn a_guess_leads_back_to_its_curve() {
             v1: curve.derivative(1.0, 1).unwrap(),
         };
         let guess: (MatRef<'_, f64>, MatRef<'_, f64>) = (a_, j_);
-        let found = data.solve_with(&BoundaryOptions {
-            guess: Some(guess),
-            ..Default::default()
-        });
+        let found = data.solve_with(
+            &BoundaryOptions {
+                guess: Some(guess),
+                ..Default::default()
+            },
+            Interrupt::NEVER,
+        );
         let found = found.unwrap();
         for t in [0.3, 0.7] {
             let defect = distance(&found.point(t).unwrap(), &curve.point(t).unwrap());
@@ -215,7 +219,7 @@ fn reflections_are_no_solutions() {
             };
             let what = format!("({n}, {k}), angle {angle}");
             let curve = data
-                .solve_with(&options)
+                .solve_with(&options, Interrupt::NEVER)
                 .unwrap_or_else(|error| panic!("{what}: {error}"));
             assert_within(data.defect(&curve), END, &what);
         }
@@ -238,5 +242,5 @@ fn a_guess_does_not_lead_to_another_component() {
         guess: Some((a.as_ref(), j.as_ref())),
         ..Default::default()
     };
-    assert!(data.solve_with(&options).is_err());
+    assert!(data.solve_with(&options, Interrupt::NEVER).is_err());
 }

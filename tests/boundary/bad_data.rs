@@ -20,12 +20,8 @@ fn huge_velocities_end_soon() {
             } else {
                 data.v0 = random_tangent(&data.s0, speed, &mut rng);
             }
-            let (checks, outcome) = counted(|interrupt| {
-                data.solve_with(&BoundaryOptions {
-                    interrupt,
-                    ..Default::default()
-                })
-            });
+            let (checks, outcome) =
+                counted(|interrupt| data.solve_with(&BoundaryOptions::default(), interrupt));
             println!(
                 "{shape:?} speed {speed:e}: {checks} checks {:?}",
                 outcome.as_ref().err()
@@ -59,7 +55,7 @@ fn bad_options_and_data_are_errors() {
             tolerance,
             ..Default::default()
         };
-        let error = data.solve_with(&options).unwrap_err();
+        let error = data.solve_with(&options, Interrupt::NEVER).unwrap_err();
         assert!(
             matches!(
                 error,
@@ -75,7 +71,7 @@ fn bad_options_and_data_are_errors() {
         max_iterations: 0,
         ..Default::default()
     };
-    let error = data.solve_with(&none).unwrap_err();
+    let error = data.solve_with(&none, Interrupt::NEVER).unwrap_err();
     assert!(matches!(
         error,
         Error::InvalidArgument {
@@ -87,7 +83,7 @@ fn bad_options_and_data_are_errors() {
         max_iterations: 1,
         ..Default::default()
     };
-    match data.solve_with(&one) {
+    match data.solve_with(&one, Interrupt::NEVER) {
         Err(Error::NoConvergence { report, .. }) => {
             assert_eq!(
                 (report.reason, report.iterations),
@@ -103,7 +99,7 @@ fn bad_options_and_data_are_errors() {
         ..Default::default()
     };
     assert!(matches!(
-        data.solve_with(&guessed),
+        data.solve_with(&guessed, Interrupt::NEVER),
         Err(Error::NotTangent { name: "A", .. })
     ));
     let mut broken = data.map(Mat::clone);
@@ -117,12 +113,7 @@ fn an_interrupt_stops_a_solve() {
     let data = Data::random((4, 2), 2.0, 2.0, &mut rng);
     let asked = AtomicUsize::new(0);
     let question = || asked.fetch_add(1, Ordering::Relaxed) >= 2;
-    let options = BoundaryOptions {
-        interrupt: Interrupt::new(&question),
-        ..Default::default()
-    };
-    assert!(matches!(
-        data.solve_with(&options),
-        Err(Error::Interrupted { .. })
-    ));
+    let options = BoundaryOptions::default();
+    let stopped = data.solve_with(&options, Interrupt::new(&question));
+    assert!(matches!(stopped, Err(Error::Interrupted { .. })));
 }

@@ -14,7 +14,8 @@ fn views(data: &Data) -> [MatRef<'_, f64>; 4] {
 
 fn solved(data: &[Data]) -> Vec<Result<BoundarySolution>> {
     let problems: Vec<_> = data.iter().map(views).collect();
-    solve_boundary(&problems, &BoundaryOptions::default()).expect("the options are good")
+    solve_boundary(&problems, &BoundaryOptions::default(), Interrupt::NEVER)
+        .expect("the options are good")
 }
 
 #[test]
@@ -118,7 +119,7 @@ fn a_bad_problem_does_not_harm_the_others() {
         tolerance: 0.5,
         ..BoundaryOptions::default()
     };
-    let refused = solve_boundary(&[views(&data[0])], &options);
+    let refused = solve_boundary(&[views(&data[0])], &options, Interrupt::NEVER);
     assert!(matches!(
         refused,
         Err(Error::InvalidArgument {

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use stiefel_rs::cubic::BoundaryOptions;
-use stiefel_rs::{Curve, Strategy};
+use stiefel_rs::{Curve, Interrupt, Strategy};
 
 use crate::common::assert_close;
 use crate::data::Data;
@@ -57,7 +57,7 @@ fn a_guess_chooses_the_solution() {
             guess: Some((a.as_ref(), j.as_ref())),
             ..Default::default()
         };
-        let curve = data.solve_with(&options).unwrap();
+        let curve = data.solve_with(&options, Interrupt::NEVER).unwrap();
         let report = curve.report().unwrap();
         assert_eq!(report.strategy, Some(Strategy::Direct));
         // The first nodes are few, so even an exact guess takes steps.

@@ -188,8 +188,15 @@ fn the_equation_is_satisfied() {
         let state = |t: f64| {
             let (s, v) = (curve.point(t).unwrap(), curve.derivative(t, 1).unwrap());
             let (a, j) = (curve.acceleration(t).unwrap(), curve.jerk(t).unwrap());
-            RiemannianCubic::from_initial(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), &options)
-                .unwrap()
+            RiemannianCubic::from_initial(
+                s.as_ref(),
+                v.as_ref(),
+                a.as_ref(),
+                j.as_ref(),
+                &options,
+                Interrupt::NEVER,
+            )
+            .unwrap()
         };
         let size = 1.0 + frobenius(curve.momentum().unwrap().as_ref());
         for t in [0.3, 0.8] {

@@ -40,7 +40,8 @@ fn known_starts(data: &Data) -> (Vec<[Mat<f64>; 2]>, Option<f64>) {
 
 fn all_found(data: &Data) -> Vec<RiemannianCubic> {
     let [s0, v0, s1, v1] = [&data.s0, &data.v0, &data.s1, &data.v1].map(|x| x.as_ref());
-    RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &SearchOptions::default()).unwrap()
+    RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &SearchOptions::default(), Interrupt::NEVER)
+        .unwrap()
 }
 
 #[test]
@@ -79,7 +80,7 @@ fn a_search_finds_what_known_curves_lead_to() {
                     guess: Some((a.as_ref(), j.as_ref())),
                     ..Default::default()
                 };
-                if let Ok(curve) = data.solve_with(&options) {
+                if let Ok(curve) = data.solve_with(&options, Interrupt::NEVER) {
                     let cost = curve.cost(Interrupt::NEVER).unwrap();
                     assert!(
                         cheapest <= cost * (1.0 + 1e-6),

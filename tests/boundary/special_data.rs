@@ -28,12 +28,22 @@ fn equal_points_and_no_velocities_give_the_constant_curve() {
             guess,
             ..Default::default()
         };
-        for curve in [data.solve().unwrap(), data.solve_with(&guessed).unwrap()] {
+        for curve in [
+            data.solve().unwrap(),
+            data.solve_with(&guessed, Interrupt::NEVER).unwrap(),
+        ] {
             assert_close(&curve.point(0.4).unwrap(), &s, 1e-14, "constant");
             assert!(curve.cost(Interrupt::NEVER).unwrap() < 1e-25);
         }
         let [s0, v0, s1, v1] = [&data.s0, &data.v0, &data.s1, &data.v1].map(Mat::as_ref);
-        let all = RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &SearchOptions::default());
+        let all = RiemannianCubic::all_from_boundary(
+            s0,
+            v0,
+            s1,
+            v1,
+            &SearchOptions::default(),
+            Interrupt::NEVER,
+        );
         assert!(all.unwrap()[0].cost(Interrupt::NEVER).unwrap() < 1e-25);
     }
 }
@@ -116,7 +126,7 @@ fn fast_great_circles_meet_round_off() {
                 ..Default::default()
             };
             let data = Data { s0, v0, s1, v1 };
-            let curve = data.solve_with(&options);
+            let curve = data.solve_with(&options, Interrupt::NEVER);
             let curve = curve.unwrap_or_else(|e| panic!("n = {n}, speed {speed}: {e}"));
             let report = curve.report().unwrap();
             assert_eq!(report.strategy, Some(Strategy::Direct), "{report}");
@@ -137,11 +147,11 @@ fn a_hopeless_guess_is_not_the_end() {
         let a = random_tangent(&data.s0, 1e6, &mut rng);
         let j = random_tangent(&data.s0, 1e6, &mut rng);
         let (checks, curve) = counted(|interrupt| {
-            data.solve_with(&BoundaryOptions {
+            let options = BoundaryOptions {
                 guess: Some((a.as_ref(), j.as_ref())),
-                interrupt,
                 ..Default::default()
-            })
+            };
+            data.solve_with(&options, interrupt)
         });
         let curve = curve.unwrap_or_else(|e| panic!("{shape:?}: {e}"));
         assert_within(data.defect(&curve), END, &format!("{shape:?}"));

@@ -3,7 +3,7 @@
 
 use faer::Mat;
 use stiefel_rs::cubic::BoundaryOptions;
-use stiefel_rs::{Curve, QuasiGeodesic, Result, RiemannianCubic, Stiefel};
+use stiefel_rs::{Curve, Interrupt, QuasiGeodesic, Result, RiemannianCubic, Stiefel};
 
 use crate::common::{Rng, distance, random_point, random_tangent};
 
@@ -47,18 +47,23 @@ impl Data {
         }
     }
 
-    pub fn solve_with(&self, options: &BoundaryOptions<'_>) -> Result<RiemannianCubic> {
+    pub fn solve_with(
+        &self,
+        options: &BoundaryOptions<'_>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<RiemannianCubic> {
         RiemannianCubic::from_boundary(
             self.s0.as_ref(),
             self.v0.as_ref(),
             self.s1.as_ref(),
             self.v1.as_ref(),
             options,
+            interrupt,
         )
     }
 
     pub fn solve(&self) -> Result<RiemannianCubic> {
-        self.solve_with(&BoundaryOptions::default())
+        self.solve_with(&BoundaryOptions::default(), Interrupt::NEVER)
     }
 
     /// Whether the velocity of the quasi-geodesic between the end points and both end velocities are at most 2.

@@ -2,10 +2,8 @@
 #![allow(dead_code)] // each binary uses a part
 
 use faer::Mat;
-use stiefel_rs::cubic::{
-    CubicTrajectory, EmbeddedOptions, IntegrationOptions, RiemannianCubic, integrate_embedded,
-};
-use stiefel_rs::{Curve, Error};
+use stiefel_rs::cubic::{CubicTrajectory, IntegrationOptions, RiemannianCubic, integrate_embedded};
+use stiefel_rs::{Curve, Error, Interrupt};
 
 use crate::trajectories::{Data, state};
 
@@ -26,11 +24,7 @@ pub const SHAPES: [(usize, usize); 11] = [
 
 pub fn try_embedded(data: &Data, steps: usize, t_end: f64) -> Result<CubicTrajectory, Error> {
     let [s, v, a, j] = data.each_ref().map(Mat::as_ref);
-    let options = EmbeddedOptions {
-        t_end,
-        ..EmbeddedOptions::default()
-    };
-    integrate_embedded(s, v, a, j, steps, &options)
+    integrate_embedded(s, v, a, j, steps, t_end, Interrupt::NEVER)
 }
 
 pub fn embedded(data: &Data, steps: usize, t_end: f64) -> CubicTrajectory {
@@ -48,7 +42,7 @@ pub fn exact(data: &Data, t: f64) -> Data {
         t_end: t,
         ..IntegrationOptions::default()
     };
-    let curve = RiemannianCubic::from_initial(s, v, a, j, &options).unwrap();
+    let curve = RiemannianCubic::from_initial(s, v, a, j, &options, Interrupt::NEVER).unwrap();
     [
         curve.point(t).unwrap(),
         curve.derivative(t, 1).unwrap(),

@@ -38,10 +38,7 @@ pub fn counted_spline(
     points: &[Mat<f64>],
 ) -> (usize, Result<(Piecewise<RiemannianCubic>, SolverReport)>) {
     counted(|interrupt| {
-        let options = SplineOptions {
-            interrupt,
-            ..SplineOptions::default()
-        };
-        cubic_spline(t, &views(points), &EndConditions::Natural, &options)
+        let (ends, options) = (EndConditions::Natural, SplineOptions::default());
+        cubic_spline(t, &views(points), &ends, &options, interrupt)
     })
 }

@@ -428,5 +428,5 @@ pub fn integrated_from_start(curve: &RiemannianCubic) -> RiemannianCubic {
         tension: curve.tension(),
         ..Default::default()
     };
-    RiemannianCubic::from_initial(s, v, a, j, &options).unwrap()
+    RiemannianCubic::from_initial(s, v, a, j, &options, Interrupt::NEVER).unwrap()
 }

@@ -2,8 +2,8 @@
 #![allow(dead_code)] // each binary uses a part
 
 use faer::Mat;
-use stiefel_rs::Error;
 use stiefel_rs::cubic::{CubicTrajectory, SplittingOptions, SplittingOrder, integrate_cubic};
+use stiefel_rs::{Error, Interrupt};
 
 use crate::common::*;
 
@@ -17,7 +17,7 @@ pub const ORDERS: [SplittingOrder; 4] = [
 /// Point, velocity, acceleration, jerk.
 pub type Data = [Mat<f64>; 4];
 
-pub fn options(order: SplittingOrder, t_end: f64) -> SplittingOptions<'static> {
+pub fn options(order: SplittingOrder, t_end: f64) -> SplittingOptions {
     SplittingOptions {
         t_end,
         order,
@@ -32,7 +32,7 @@ pub fn try_integrate(
     t_end: f64,
 ) -> Result<CubicTrajectory, Error> {
     let [s, v, a, j] = data.each_ref().map(Mat::as_ref);
-    integrate_cubic(s, v, a, j, steps, &options(order, t_end))
+    integrate_cubic(s, v, a, j, steps, &options(order, t_end), Interrupt::NEVER)
 }
 
 pub fn integrate(data: &Data, steps: usize, order: SplittingOrder, t_end: f64) -> CubicTrajectory {

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use stiefel_rs::cubic::IntegrationOptions;
-use stiefel_rs::{Curve, RiemannianCubic};
+use stiefel_rs::{Curve, Interrupt, RiemannianCubic};
 
 use crate::common::{Rng, distance, frobenius, random_point, random_tangent};
 
@@ -39,9 +39,17 @@ pub fn references() -> Vec<Reference> {
     all.as_array().unwrap().iter().map(one).collect()
 }
 
-pub fn from_state(state: &[Mat<f64>; 4], options: &IntegrationOptions<'_>) -> RiemannianCubic {
+pub fn from_state(state: &[Mat<f64>; 4], options: &IntegrationOptions) -> RiemannianCubic {
     let [s, v, a, j] = state;
-    RiemannianCubic::from_initial(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), options).unwrap()
+    RiemannianCubic::from_initial(
+        s.as_ref(),
+        v.as_ref(),
+        a.as_ref(),
+        j.as_ref(),
+        options,
+        Interrupt::NEVER,
+    )
+    .unwrap()
 }
 
 pub fn state_of(curve: &RiemannianCubic, t: f64) -> [Mat<f64>; 4] {
@@ -60,11 +68,11 @@ pub fn random_state((n, k): (usize, usize), norms: [f64; 3], rng: &mut Rng) -> [
     [s, v, a, j]
 }
 
-pub fn until(t_end: f64) -> IntegrationOptions<'static> {
+pub fn until(t_end: f64) -> IntegrationOptions {
     in_tension(0.0, t_end)
 }
 
-pub fn in_tension(tension: f64, t_end: f64) -> IntegrationOptions<'static> {
+pub fn in_tension(tension: f64, t_end: f64) -> IntegrationOptions {
     IntegrationOptions {
         tension,
         t_end,

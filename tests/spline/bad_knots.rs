@@ -2,7 +2,7 @@
 
 use faer::{Mat, Scale};
 use stiefel_rs::spline::{EndCondition, EndConditions, Outside, SplineOptions, cubic_spline};
-use stiefel_rs::{Curve, Error};
+use stiefel_rs::{Curve, Error, Interrupt};
 
 use crate::common::{assert_within, distance};
 use crate::knots::{views, walk};
@@ -52,7 +52,14 @@ fn samples_are_points_and_times_outside_are_refused() {
 fn bad_knots_are_named() {
     let (t, points) = walk((3, 2), 4, 0.5, 12);
     let solve = |t: &[f64], points: &[Mat<f64>], ends: &EndConditions| {
-        cubic_spline(t, &views(points), ends, &SplineOptions::default()).map(|_| ())
+        cubic_spline(
+            t,
+            &views(points),
+            ends,
+            &SplineOptions::default(),
+            Interrupt::NEVER,
+        )
+        .map(|_| ())
     };
     let natural = EndConditions::Natural;
     assert!(matches!(
@@ -106,7 +113,13 @@ fn bad_knots_are_named() {
             ..SplineOptions::default()
         };
         assert!(matches!(
-            cubic_spline(&t[..2], &views(&points[..2]), &natural, &options),
+            cubic_spline(
+                &t[..2],
+                &views(&points[..2]),
+                &natural,
+                &options,
+                Interrupt::NEVER
+            ),
             Err(Error::InvalidArgument {
                 name: "tolerance",
                 ..

@@ -42,9 +42,15 @@ fn a_clamped_spline_through_a_cubic_is_that_cubic() {
             t_end: 2.0,
             ..IntegrationOptions::default()
         };
-        let cubic =
-            RiemannianCubic::from_initial(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), &options)
-                .unwrap();
+        let cubic = RiemannianCubic::from_initial(
+            s.as_ref(),
+            v.as_ref(),
+            a.as_ref(),
+            j.as_ref(),
+            &options,
+            Interrupt::NEVER,
+        )
+        .unwrap();
         let t = [0.0, 0.3, 0.7, 1.2, 1.4, 2.0];
         let points: Vec<Mat<f64>> = t.iter().map(|t| cubic.point(*t).unwrap()).collect();
         let end = |t: f64| EndCondition::Velocity(cubic.derivative(t, 1).unwrap());
@@ -116,6 +122,7 @@ fn the_natural_spline_costs_least() {
                     &views(&points),
                     &views(&velocities),
                     &BoundaryOptions::default(),
+                    Interrupt::NEVER,
                 );
                 other.unwrap().cost(Interrupt::NEVER).unwrap()
             };
@@ -215,6 +222,7 @@ fn hermite_curves_have_their_velocities() {
             &views(&points),
             &views(&velocities),
             &BoundaryOptions::default(),
+            Interrupt::NEVER,
         )
         .unwrap();
         let quick = geometric_hermite(&t, &views(&points), &views(&velocities)).unwrap();

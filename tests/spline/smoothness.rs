@@ -2,7 +2,7 @@
 
 use faer::{Mat, Scale};
 use stiefel_rs::spline::{EndConditions, Piecewise, SplineOptions, cubic_spline};
-use stiefel_rs::{Curve, RiemannianCubic, SolverReport};
+use stiefel_rs::{Curve, Interrupt, RiemannianCubic, SolverReport};
 
 use crate::common::distance;
 use crate::knots::views;
@@ -30,7 +30,13 @@ pub fn spline(
     points: &[Mat<f64>],
     ends: &EndConditions,
 ) -> (Piecewise<RiemannianCubic>, SolverReport) {
-    let found = cubic_spline(t, &views(points), ends, &SplineOptions::default());
+    let found = cubic_spline(
+        t,
+        &views(points),
+        ends,
+        &SplineOptions::default(),
+        Interrupt::NEVER,
+    );
     found.unwrap_or_else(|error| panic!("{:?}: {error}", points[0].shape()))
 }
 

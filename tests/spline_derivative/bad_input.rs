@@ -144,7 +144,14 @@ fn systems_that_do_not_fit_are_refused_before_they_are_made() {
     let t: Vec<f64> = (0..count).map(f64::from).collect();
     let points = vec![point.as_ref(); t.len()];
     let ends = EndConditions::Natural;
-    let (curve, _) = cubic_spline(&t, &points, &ends, &SplineOptions::default()).unwrap();
+    let (curve, _) = cubic_spline(
+        &t,
+        &points,
+        &ends,
+        &SplineOptions::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     let (asked, refused) =
         crate::common::counted(|interrupt| curve.data_derivative(&ends, interrupt).err().unwrap());
     match refused {

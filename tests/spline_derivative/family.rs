@@ -5,7 +5,7 @@ use stiefel_rs::spline::{
     EndCondition, EndConditions, Piecewise, SplineGradient, SplineOptions, SplineVariation,
     cubic_spline,
 };
-use stiefel_rs::{Curve, RiemannianCubic, Stiefel};
+use stiefel_rs::{Curve, Interrupt, RiemannianCubic, Stiefel};
 
 use crate::common::{Rng, gaussian, random_tangent};
 use crate::knots::{views, walk};
@@ -187,7 +187,13 @@ impl Data {
             ..SplineOptions::default()
         };
         let ends = &self.conditions;
-        match cubic_spline(&self.t, &views(&self.points), ends, &options) {
+        match cubic_spline(
+            &self.t,
+            &views(&self.points),
+            ends,
+            &options,
+            Interrupt::NEVER,
+        ) {
             Ok((curve, _)) => curve,
             // The vector may exceed the tolerance by round-off.
             Err(_) => {
@@ -195,9 +201,15 @@ impl Data {
                     tolerance: 1e-12,
                     ..options
                 };
-                cubic_spline(&self.t, &views(&self.points), ends, &options)
-                    .unwrap()
-                    .0
+                cubic_spline(
+                    &self.t,
+                    &views(&self.points),
+                    ends,
+                    &options,
+                    Interrupt::NEVER,
+                )
+                .unwrap()
+                .0
             }
         }
     }

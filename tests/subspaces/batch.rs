@@ -47,10 +47,9 @@ fn each_is_the_one_that_is_solved_alone_on_any_number_of_threads() {
         let found: Vec<Vec<Vec<u64>>> = [1, 2, 3]
             .map(|threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-                let found = pool
-                    .build()
-                    .unwrap()
-                    .install(|| solve_subspace_boundary(&views(&problems), &options).unwrap());
+                let found = pool.build().unwrap().install(|| {
+                    solve_subspace_boundary(&views(&problems), &options, Interrupt::NEVER).unwrap()
+                });
                 found
                     .iter()
                     .map(|one| bits(one.as_ref().unwrap()))
@@ -61,7 +60,9 @@ fn each_is_the_one_that_is_solved_alone_on_any_number_of_threads() {
         assert_eq!(found[0], found[2], "{shape:?}");
         for (found, data) in found[0].iter().zip(views(&problems)) {
             let [y0, v0, y1, v1] = data;
-            let curve = RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options).unwrap();
+            let curve =
+                RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options, Interrupt::NEVER)
+                    .unwrap();
             let [_, _, acceleration, jerk] = curve.initial().unwrap();
             let alone = BoundarySolution {
                 acceleration,
@@ -84,7 +85,12 @@ fn errors_are_those_of_their_problems() {
     let [first, last] = [0, 2].map(|j| e.as_ref().subcols(j, 2).to_owned());
     problems[1] = [first.clone(), rest.clone(), last, rest];
     problems[2][1] = first;
-    let found = solve_subspace_boundary(&views(&problems), &BoundaryOptions::default()).unwrap();
+    let found = solve_subspace_boundary(
+        &views(&problems),
+        &BoundaryOptions::default(),
+        Interrupt::NEVER,
+    )
+    .unwrap();
     assert!(found[0].is_ok() && found[3].is_ok());
     assert!(matches!(found[1], Err(Error::RightAngle { .. })));
     assert!(matches!(
@@ -92,7 +98,7 @@ fn errors_are_those_of_their_problems() {
         Err(Error::NotHorizontal { name: "V0", .. })
     ));
     assert!(
-        solve_subspace_boundary(&[], &BoundaryOptions::default())
+        solve_subspace_boundary(&[], &BoundaryOptions::default(), Interrupt::NEVER)
             .unwrap()
             .is_empty()
     );
@@ -100,7 +106,7 @@ fn errors_are_those_of_their_problems() {
         tolerance: 1.0,
         ..BoundaryOptions::default()
     };
-    let error = solve_subspace_boundary(&views(&problems), &options);
+    let error = solve_subspace_boundary(&views(&problems), &options, Interrupt::NEVER);
     assert!(matches!(
         error,
         Err(Error::InvalidArgument {
@@ -121,7 +127,11 @@ fn the_whole_space_and_permuted_coordinate_columns() {
     let rest = Mat::zeros(4, 2);
     let still = [[y0, rest.clone(), swapped, rest]];
     for problems in [whole, still] {
-        let found = solve_subspace_boundary(&views(&problems), &BoundaryOptions::default());
+        let found = solve_subspace_boundary(
+            &views(&problems),
+            &BoundaryOptions::default(),
+            Interrupt::NEVER,
+        );
         let solution = found.unwrap().remove(0).unwrap();
         assert!(solution.cost <= 1e-20 && solution.acceleration.norm_l2() <= 1e-10);
     }
@@ -136,10 +146,7 @@ fn interrupts_end_everything() {
     for last in [0, 1, 5, 20] {
         let count = AtomicUsize::new(0);
         let stop = || count.fetch_add(1, Ordering::Relaxed) >= last;
-        let boundary = BoundaryOptions {
-            interrupt: Interrupt::new(&stop),
-            ..BoundaryOptions::default()
-        };
+        let (boundary, interrupt) = (BoundaryOptions::default(), Interrupt::new(&stop));
         let near = BoundaryOptions {
             guess: Some((view(&guess), view(&guess))),
             ..boundary
@@ -156,15 +163,15 @@ fn interrupts_end_everything() {
             assert!(asked <= last + 4, "{what}: {asked} questions");
         };
         is_stopped(
-            solve_subspace_boundary(&views(&problems), &boundary).err(),
+            solve_subspace_boundary(&views(&problems), &boundary, interrupt).err(),
             "batch",
         );
         is_stopped(
-            RiemannianCubic::between_subspaces(y0, v0, y1, v1, &near).err(),
+            RiemannianCubic::between_subspaces(y0, v0, y1, v1, &near, interrupt).err(),
             "guess",
         );
         is_stopped(
-            RiemannianCubic::all_between_subspaces(y0, v0, y1, v1, &search).err(),
+            RiemannianCubic::all_between_subspaces(y0, v0, y1, v1, &search, interrupt).err(),
             "search",
         );
     }

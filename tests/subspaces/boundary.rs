@@ -22,8 +22,15 @@ fn the_cubic_with_the_ends_of_another_is_that_one() {
             quotient: Quotient::Subspaces,
             ..IntegrationOptions::default()
         };
-        let known = RiemannianCubic::from_initial(view(&y), view(&v), view(&a), view(&j), &options)
-            .unwrap();
+        let known = RiemannianCubic::from_initial(
+            view(&y),
+            view(&v),
+            view(&a),
+            view(&j),
+            &options,
+            Interrupt::NEVER,
+        )
+        .unwrap();
         let q = random_orthogonal(k, &mut rng);
         let [y1, v1] = [known.point(1.0), known.derivative(1.0, 1)].map(|x| x.unwrap() * &q);
         let v1 = horizontal(view(&y1), view(&v1));
@@ -33,6 +40,7 @@ fn the_cubic_with_the_ends_of_another_is_that_one() {
             view(&y1),
             view(&v1),
             &BoundaryOptions::default(),
+            Interrupt::NEVER,
         )
         .unwrap();
         let what = format!("({n}, {k})");
@@ -72,6 +80,7 @@ fn far_and_fast_ends_are_met() {
                 view(&y1),
                 view(&v1),
                 &BoundaryOptions::default(),
+                Interrupt::NEVER,
             )
             .unwrap();
             let end = found.point(1.0).unwrap();
@@ -113,6 +122,7 @@ fn table() {
                     view(&y1),
                     view(&v1),
                     &BoundaryOptions::default(),
+                    Interrupt::NEVER,
                 );
                 if let Err(error) = found {
                     lost.push(error.to_string());

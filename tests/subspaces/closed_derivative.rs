@@ -18,9 +18,15 @@ fn spline(t: &[f64], points: &[Mat<f64>], tension: f64) -> Piecewise<RiemannianC
         tension,
         ..SplineOptions::default()
     };
-    cubic_spline(t, &views(points), &EndConditions::Periodic, &options)
-        .unwrap()
-        .0
+    cubic_spline(
+        t,
+        &views(points),
+        &EndConditions::Periodic,
+        &options,
+        Interrupt::NEVER,
+    )
+    .unwrap()
+    .0
 }
 
 /// A closed spline whose data are its own bases at the knots, and the rotation between the first and the last of them.
@@ -224,7 +230,8 @@ fn the_gradient_of_the_cost_is_that_of_reflections() {
             tolerance: 1e-14,
             ..SplineOptions::default()
         };
-        let (oracle, _) = cubic_spline(&T, &views(&reflections), &ends, &options).unwrap();
+        let (oracle, _) =
+            cubic_spline(&T, &views(&reflections), &ends, &options, Interrupt::NEVER).unwrap();
         let expected = oracle.cost_gradient(&ends, Interrupt::NEVER).unwrap();
         let what = format!("({n}, {k})");
         for (found, expected) in gradient.times.iter().zip(&expected.times) {

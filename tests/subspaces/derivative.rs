@@ -81,6 +81,7 @@ fn by_initial_data() {
                     view(&data[2]),
                     view(&data[3]),
                     &options,
+                    Interrupt::NEVER,
                 )
                 .unwrap()
             };
@@ -131,8 +132,15 @@ fn by_boundary_data() {
             quotient: Quotient::Subspaces,
             ..IntegrationOptions::default()
         };
-        let known = RiemannianCubic::from_initial(view(&y), view(&v), view(&a), view(&j), &options)
-            .unwrap();
+        let known = RiemannianCubic::from_initial(
+            view(&y),
+            view(&v),
+            view(&a),
+            view(&j),
+            &options,
+            Interrupt::NEVER,
+        )
+        .unwrap();
         let [y1, v1] = [known.point(1.0), known.derivative(1.0, 1)].map(|x| x.unwrap());
         let v1 = horizontal(view(&y1), view(&v1));
         let [p1, w1] = [0.6, 0.7].map(|size| vector(&y1, size, &mut rng));
@@ -150,6 +158,7 @@ fn by_boundary_data() {
                     tolerance: 1e-14,
                     ..BoundaryOptions::default()
                 },
+                Interrupt::NEVER,
             )
             .unwrap()
         };
@@ -224,9 +233,15 @@ fn by_the_data_of_a_spline() {
                 tolerance: 1e-14,
                 ..SplineOptions::default()
             };
-            cubic_spline(&t, &views, &ends(velocity, &still), &options)
-                .unwrap()
-                .0
+            cubic_spline(
+                &t,
+                &views,
+                &ends(velocity, &still),
+                &options,
+                Interrupt::NEVER,
+            )
+            .unwrap()
+            .0
         };
         // The data in terms of the bases of the curve.
         let first = spline(&points, &velocity);

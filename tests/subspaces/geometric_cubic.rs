@@ -154,8 +154,10 @@ fn splines_are_those_of_reflections() {
             let [y, r] =
                 [&points, &reflections].map(|all| all.iter().map(view).collect::<Vec<_>>());
             let options = SplineOptions::default();
-            let (curve, report) = geometric_subspace_spline(&t, &y, &below, &options).unwrap();
-            let (oracle, expected) = geometric_spline(&t, &r, &above, &options).unwrap();
+            let (curve, report) =
+                geometric_subspace_spline(&t, &y, &below, &options, Interrupt::NEVER).unwrap();
+            let (oracle, expected) =
+                geometric_spline(&t, &r, &above, &options, Interrupt::NEVER).unwrap();
             let what = format!("geometric, {shape:?}, case {case}");
             check(&curve, &oracle, &what);
             assert!(
@@ -190,6 +192,7 @@ fn perpendicular_neighbours_are_refused() {
         &y,
         &EndConditions::Natural,
         &SplineOptions::default(),
+        Interrupt::NEVER,
     )
     .unwrap_err();
     assert!(matches!(error, Error::AtKnot { knot: 1, .. }), "{error}");

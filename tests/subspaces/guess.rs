@@ -22,8 +22,15 @@ fn known(
         tension,
         ..IntegrationOptions::default()
     };
-    let curve =
-        RiemannianCubic::from_initial(view(&y), view(&v), view(&a), view(&j), &options).unwrap();
+    let curve = RiemannianCubic::from_initial(
+        view(&y),
+        view(&v),
+        view(&a),
+        view(&j),
+        &options,
+        Interrupt::NEVER,
+    )
+    .unwrap();
     let q = random_orthogonal(k, rng);
     let [y1, v1] = [curve.point(1.0), curve.derivative(1.0, 1)].map(|x| x.unwrap() * &q);
     let v1 = horizontal(view(&y1), view(&v1));
@@ -41,7 +48,7 @@ fn between(
         tension,
         ..BoundaryOptions::default()
     };
-    RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options)
+    RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options, Interrupt::NEVER)
 }
 
 #[test]
@@ -94,6 +101,7 @@ fn a_guess_leads_to_either_sense_of_a_line() {
                 view(&end),
                 view(&velocity),
                 &options,
+                Interrupt::NEVER,
             )
             .unwrap();
             let [_, _, a, j] = on_sphere.initial().unwrap();

@@ -12,12 +12,11 @@ use crate::common::{
 };
 use crate::{SHAPES, horizontal, reflected, reflection, view};
 
-const SUBSPACES: IntegrationOptions<'_> = IntegrationOptions {
+const SUBSPACES: IntegrationOptions = IntegrationOptions {
     t_end: 1.5,
     tolerance: 1e-17,
     tension: 0.0,
     quotient: Quotient::Subspaces,
-    interrupt: stiefel_rs::Interrupt::NEVER,
 };
 
 /// A point, and velocity, acceleration and jerk at it.
@@ -32,8 +31,16 @@ fn data((n, k): (usize, usize), rng: &mut Rng) -> [Mat<f64>; 4] {
     [y, v, a, j]
 }
 
-fn cubic([y, v, a, j]: &[Mat<f64>; 4], options: &IntegrationOptions<'_>) -> RiemannianCubic {
-    RiemannianCubic::from_initial(view(y), view(v), view(a), view(j), options).unwrap()
+fn cubic([y, v, a, j]: &[Mat<f64>; 4], options: &IntegrationOptions) -> RiemannianCubic {
+    RiemannianCubic::from_initial(
+        view(y),
+        view(v),
+        view(a),
+        view(j),
+        options,
+        Interrupt::NEVER,
+    )
+    .unwrap()
 }
 
 /// The curve of reflections with the same initial data.
@@ -86,7 +93,8 @@ fn cubics_are_those_of_reflections() {
                 oracle.cost(Interrupt::NEVER).unwrap(),
             ];
             assert_within((4.0 * costs[0] - costs[1]).abs() / costs[1], 1e-12, "cost");
-            let lengths = [&curve, &oracle].map(|curve| curve.arc_length(0.0, 1.5).unwrap());
+            let lengths = [&curve, &oracle]
+                .map(|curve| curve.arc_length(0.0, 1.5, Interrupt::NEVER).unwrap());
             assert_within(
                 (2.0 * lengths[0] - lengths[1]).abs() / lengths[1],
                 1e-12,
@@ -188,7 +196,8 @@ fn splittings_of_all_orders_converge_to_the_curve_and_keep_their_integrals() {
                         ..SplittingOptions::default()
                     };
                     let [y, v, a, j] = data.each_ref().map(view);
-                    let found = integrate_cubic(y, v, a, j, steps, &options).unwrap();
+                    let found =
+                        integrate_cubic(y, v, a, j, steps, &options, Interrupt::NEVER).unwrap();
                     assert_within(found.momentum_drift(), 1e-12, "momentum");
                     assert_within(found.constraint_drift(), 1e-12, "constraint");
                     let velocity = found.velocities().unwrap().get(steps).to_owned();
@@ -219,6 +228,7 @@ fn vectors_that_turn_the_basis_are_refused() {
         view(&zero),
         view(&zero),
         &SUBSPACES,
+        Interrupt::NEVER,
     );
     let error = found.unwrap_err();
     assert!(

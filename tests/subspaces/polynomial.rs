@@ -77,8 +77,9 @@ fn cost_and_length_are_those_of_reflections() {
         let cost = 4.0 * curve.cost(Interrupt::NEVER).unwrap()
             / oracle.cost(Interrupt::NEVER).unwrap()
             - 1.0;
-        let length =
-            2.0 * curve.arc_length(0.0, 1.0).unwrap() / oracle.arc_length(0.0, 1.0).unwrap() - 1.0;
+        let length = 2.0 * curve.arc_length(0.0, 1.0, Interrupt::NEVER).unwrap()
+            / oracle.arc_length(0.0, 1.0, Interrupt::NEVER).unwrap()
+            - 1.0;
         assert_within(cost.abs().max(length.abs()), 2e-12, &format!("{shape:?}"));
         let [found, expected] = [
             curve.derivative_bounds(Interrupt::NEVER),
@@ -291,7 +292,11 @@ fn degenerate_points() {
     ];
     let curve = polynomial(&whole);
     assert_close(&curve.point(0.7).unwrap(), &whole[0], 1e-14, "k = n");
-    assert_within(curve.arc_length(0.0, 1.0).unwrap(), 1e-13, "k = n");
+    assert_within(
+        curve.arc_length(0.0, 1.0, Interrupt::NEVER).unwrap(),
+        1e-13,
+        "k = n",
+    );
     // Equal principal angles: coordinate planes that rotate into one another.
     let (a, b) = (columns(6, &[0, 1]), columns(6, &[2, 3]));
     let c = columns(6, &[4, 5]);

@@ -14,7 +14,7 @@ fn all(data: &[Mat<f64>; 4], seed: u64) -> Vec<RiemannianCubic> {
         seed,
         ..SearchOptions::default()
     };
-    RiemannianCubic::all_between_subspaces(y0, v0, y1, v1, &options).unwrap()
+    RiemannianCubic::all_between_subspaces(y0, v0, y1, v1, &options, Interrupt::NEVER).unwrap()
 }
 
 fn costs(curves: &[RiemannianCubic]) -> Vec<f64> {
@@ -46,7 +46,7 @@ fn check(found: &[RiemannianCubic], data: &[Mat<f64>; 4], what: &str) {
             ..IntegrationOptions::default()
         };
         let [y, v, a, j] = initial.each_ref().map(view);
-        let again = RiemannianCubic::from_initial(y, v, a, j, &options).unwrap();
+        let again = RiemannianCubic::from_initial(y, v, a, j, &options, Interrupt::NEVER).unwrap();
         let [p, q] = [curve, &again].map(|curve| reflection(view(&curve.point(0.6).unwrap())));
         assert_close(&p, &q, 1e-9, what);
         for other in &found[..i] {
@@ -151,7 +151,8 @@ fn random_problems_have_several_solutions() {
             check(&found, &data, &format!("({n}, {k})"));
             let [a, b, c, d] = data.each_ref().map(view);
             let options = stiefel_rs::cubic::BoundaryOptions::default();
-            let one = RiemannianCubic::between_subspaces(a, b, c, d, &options).unwrap();
+            let one =
+                RiemannianCubic::between_subspaces(a, b, c, d, &options, Interrupt::NEVER).unwrap();
             let cheapest = found[0].cost(Interrupt::NEVER).unwrap();
             assert!(
                 cheapest <= one.cost(Interrupt::NEVER).unwrap() * (1.0 + 1e-3),
@@ -185,7 +186,8 @@ fn solutions_in_many_dimensions_are_found_again_from_themselves() {
                 guess: Some((view(&acceleration), view(&jerk))),
                 ..BoundaryOptions::default()
             };
-            let again = RiemannianCubic::between_subspaces(a, b, c, d, &options).unwrap();
+            let again =
+                RiemannianCubic::between_subspaces(a, b, c, d, &options, Interrupt::NEVER).unwrap();
             let [cost, known] = [&again, curve].map(|curve| curve.cost(Interrupt::NEVER).unwrap());
             assert_within((cost / known - 1.0).abs(), 1e-9, &format!("({n}, {k})"));
         }
@@ -211,7 +213,14 @@ fn the_same_subspace_the_whole_space_and_bad_input() {
     assert_eq!(found[0].cost(Interrupt::NEVER).unwrap(), 0.0);
     let data = [&y0, &y0, &y0, &y0].map(view);
     let [a, b, c, d] = data;
-    let error = RiemannianCubic::all_between_subspaces(a, b, c, d, &SearchOptions::default());
+    let error = RiemannianCubic::all_between_subspaces(
+        a,
+        b,
+        c,
+        d,
+        &SearchOptions::default(),
+        Interrupt::NEVER,
+    );
     assert!(matches!(
         error,
         Err(Error::NotHorizontal { name: "V0", .. })
@@ -220,7 +229,7 @@ fn the_same_subspace_the_whole_space_and_bad_input() {
         distinct: 2.0,
         ..SearchOptions::default()
     };
-    let error = RiemannianCubic::all_between_subspaces(a, b, c, d, &options);
+    let error = RiemannianCubic::all_between_subspaces(a, b, c, d, &options, Interrupt::NEVER);
     assert!(matches!(
         error,
         Err(Error::InvalidArgument {

@@ -46,7 +46,9 @@ fn spline(
         tension,
         ..SplineOptions::default()
     };
-    cubic_spline(t, &views(points), ends, &options).unwrap().0
+    cubic_spline(t, &views(points), ends, &options, Interrupt::NEVER)
+        .unwrap()
+        .0
 }
 
 fn each(first: EndCondition, last: EndCondition) -> EndConditions {
@@ -185,8 +187,10 @@ fn smoothing_is_that_of_reflections() {
             quotient: Quotient::Frames,
             ..options
         };
-        let found = smoothing_spline(&t, &views(&points), None, &options).unwrap();
-        let oracle = smoothing_spline(&t, &views(&reflections), None, &frames).unwrap();
+        let found =
+            smoothing_spline(&t, &views(&points), None, &options, Interrupt::NEVER).unwrap();
+        let oracle =
+            smoothing_spline(&t, &views(&reflections), None, &frames, Interrupt::NEVER).unwrap();
         assert_within(
             (4.0 * found.misfit / oracle.misfit - 1.0).abs(),
             1e-8,
@@ -222,6 +226,7 @@ fn perpendicular_neighbours_are_refused_with_their_angle() {
         &views(&points),
         &EndConditions::Natural,
         &options,
+        Interrupt::NEVER,
     );
     let error = error.unwrap_err();
     assert!(matches!(error, Error::AtKnot { knot: 0, .. }), "{error}");

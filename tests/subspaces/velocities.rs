@@ -4,7 +4,7 @@ use faer::{Mat, MatRef, Scale};
 use stiefel_rs::spline::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities, subspace_hermite,
 };
-use stiefel_rs::{Curve, Error, Grassmann, Quotient, Result};
+use stiefel_rs::{Curve, Error, Grassmann, Interrupt, Quotient, Result};
 
 use crate::common::{
     Rng, assert_close, assert_within, gaussian, random_orthogonal, random_point, random_skew,
@@ -187,7 +187,7 @@ fn a_basis_turns_its_own_velocity_only() {
             let turn = points[0].transpose() * &points[5];
             assert_close(&v[5], &(&v[0] * turn), ROUND_OFF, "where it closes");
             let options = stiefel_rs::cubic::BoundaryOptions::default();
-            subspace_hermite(&T, &views(&points), &views(&v), &options).unwrap();
+            subspace_hermite(&T, &views(&points), &views(&v), &options, Interrupt::NEVER).unwrap();
         }
     }
 }

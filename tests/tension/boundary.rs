@@ -64,6 +64,7 @@ fn angles_on_a_circle_are_hyperbolic() {
                 s1.as_ref(),
                 v1.as_ref(),
                 &in_tension(theta * theta),
+                Interrupt::NEVER,
             )
             .unwrap();
             for t in [0.1, 0.5, 0.9] {
@@ -91,7 +92,7 @@ fn random_problems_are_solved() {
             let mut rng = Rng::new(7 + (10.0 * tension) as u64);
             for i in 0..12 {
                 let data = Data::random(shape, 2.5, 4.0, &mut rng);
-                let curve = data.solve_with(&in_tension(tension));
+                let curve = data.solve_with(&in_tension(tension), Interrupt::NEVER);
                 let curve =
                     curve.unwrap_or_else(|error| panic!("{shape:?} {tension} {i}: {error}"));
                 assert_eq!(curve.tension(), tension);
@@ -112,8 +113,12 @@ fn cost_is_what_is_minimised() {
     let data = Data::random((5, 2), 1.5, 2.0, &mut rng);
     let [tension, other] = [6.0, 6.5];
     let cost = |curve: &RiemannianCubic| curve.cost(Interrupt::NEVER).unwrap();
-    let mine = data.solve_with(&in_tension(tension)).unwrap();
-    let theirs = data.solve_with(&in_tension(other)).unwrap();
+    let mine = data
+        .solve_with(&in_tension(tension), Interrupt::NEVER)
+        .unwrap();
+    let theirs = data
+        .solve_with(&in_tension(other), Interrupt::NEVER)
+        .unwrap();
     let square = |curve: &RiemannianCubic| {
         let count = 400;
         let manifold = stiefel_rs::Stiefel::new(5, 2).unwrap();
@@ -138,8 +143,8 @@ fn cost_is_what_is_minimised() {
         cost(&mine)
     );
     let step = 1e-3;
-    let [up, down] =
-        [tension + step, tension - step].map(|t| cost(&data.solve_with(&in_tension(t)).unwrap()));
+    let [up, down] = [tension + step, tension - step]
+        .map(|t| cost(&data.solve_with(&in_tension(t), Interrupt::NEVER).unwrap()));
     let slope = (up - down) / (2.0 * step);
     assert_within((slope / square(&mine) - 1.0).abs(), 1e-6, "slope");
 }
@@ -150,7 +155,7 @@ fn derivatives_are_those_of_the_solutions() {
         let mut rng = Rng::new(21);
         let data = Data::random(shape, 1.2, 1.5, &mut rng);
         let options = in_tension(7.0);
-        let curve = data.solve_with(&options).unwrap();
+        let curve = data.solve_with(&options, Interrupt::NEVER).unwrap();
         // The end moves along a geodesic that carries its velocity.
         let w = random_tangent(&data.s1, 1.0, &mut rng);
         let moved = |h: f64| {
@@ -185,7 +190,7 @@ fn derivatives_are_those_of_the_solutions() {
             v1: dv1.as_ref(),
         };
         let derivative = curve.boundary_derivative(Interrupt::NEVER).unwrap();
-        let ends = [up, down].map(|data| data.solve_with(&options).unwrap());
+        let ends = [up, down].map(|data| data.solve_with(&options, Interrupt::NEVER).unwrap());
         let [a, b] = ends.each_ref().map(|curve| curve.point(0.6).unwrap());
         let found = derivative
             .points(&curve, &variation, &[0.6], Interrupt::NEVER)
@@ -213,7 +218,9 @@ fn large_tensions_tend_to_geodesics() {
         let data = Data::random(shape, 1.0, 0.0, &mut rng);
         let geodesic = Geodesic::between(data.s0.as_ref(), data.s1.as_ref()).unwrap();
         let gap = |tension: f64| {
-            let curve = data.solve_with(&in_tension(tension)).unwrap();
+            let curve = data
+                .solve_with(&in_tension(tension), Interrupt::NEVER)
+                .unwrap();
             let exact = geodesic.derivative(0.5, 1).unwrap();
             distance(&curve.derivative(0.5, 1).unwrap(), &exact) / frobenius(exact.as_ref())
         };
@@ -239,8 +246,13 @@ fn reversed_problems_have_the_same_curve() {
     let mut rng = Rng::new(9);
     for shape in [(3, 2), (5, 2)] {
         let data = Data::random(shape, 2.5, 3.0, &mut rng);
-        let there = data.solve_with(&in_tension(20.0)).unwrap();
-        let back = data.reversed().solve_with(&in_tension(20.0)).unwrap();
+        let there = data
+            .solve_with(&in_tension(20.0), Interrupt::NEVER)
+            .unwrap();
+        let back = data
+            .reversed()
+            .solve_with(&in_tension(20.0), Interrupt::NEVER)
+            .unwrap();
         assert_within(
             distance(&there.point(0.3).unwrap(), &back.point(0.7).unwrap()),
             1e-10,

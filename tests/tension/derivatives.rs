@@ -46,9 +46,15 @@ fn derivatives_of_splines_are_those_of_the_solutions() {
                 })
                 .collect();
             let t: Vec<f64> = t.iter().zip(rates).map(|(t, rate)| t + h * rate).collect();
-            cubic_spline(&t, &views(&moved), &EndConditions::Natural, &options)
-                .unwrap()
-                .0
+            cubic_spline(
+                &t,
+                &views(&moved),
+                &EndConditions::Natural,
+                &options,
+                Interrupt::NEVER,
+            )
+            .unwrap()
+            .0
         };
         let curve = solved(0.0);
         let h = 1e-4;

@@ -21,7 +21,15 @@ fn curve([s, v, a, j]: &[Mat<f64>; 4], tension: f64, t_end: f64) -> RiemannianCu
         t_end,
         ..IntegrationOptions::default()
     };
-    RiemannianCubic::from_initial(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), &options).unwrap()
+    RiemannianCubic::from_initial(
+        s.as_ref(),
+        v.as_ref(),
+        a.as_ref(),
+        j.as_ref(),
+        &options,
+        Interrupt::NEVER,
+    )
+    .unwrap()
 }
 
 fn state(curve: &RiemannianCubic, t: f64) -> [Mat<f64>; 4] {
@@ -126,7 +134,7 @@ fn splittings_have_their_orders_and_keep_momentum() {
                 tension,
                 ..SplittingOptions::default()
             };
-            integrate_cubic(s, v, a, j, steps, &options).unwrap()
+            integrate_cubic(s, v, a, j, steps, &options, Interrupt::NEVER).unwrap()
         };
         let error = |order, steps: usize| {
             let found = run(order, steps);

@@ -3,7 +3,7 @@
 use faer::mat;
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, SplittingOptions, integrate_cubic};
 use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline, geometric_spline};
-use stiefel_rs::{Error, RiemannianCubic};
+use stiefel_rs::{Error, Interrupt, RiemannianCubic};
 
 #[track_caller]
 fn refused<T>(result: Result<T, Error>, value: f64) {
@@ -29,26 +29,38 @@ fn negative_and_endless_tensions_are_refused() {
             tension,
             ..Default::default()
         };
-        refused(RiemannianCubic::from_initial(s, v, v, v, &options), tension);
+        refused(
+            RiemannianCubic::from_initial(s, v, v, v, &options, Interrupt::NEVER),
+            tension,
+        );
         let options = BoundaryOptions {
             tension,
             ..Default::default()
         };
         refused(
-            RiemannianCubic::from_boundary(s, v, s, v, &options),
+            RiemannianCubic::from_boundary(s, v, s, v, &options, Interrupt::NEVER),
             tension,
         );
         let options = SplittingOptions {
             tension,
             ..Default::default()
         };
-        refused(integrate_cubic(s, v, v, v, 3, &options), tension);
+        refused(
+            integrate_cubic(s, v, v, v, 3, &options, Interrupt::NEVER),
+            tension,
+        );
         let options = SplineOptions {
             tension,
             ..Default::default()
         };
         refused(
-            cubic_spline(&[0.0, 1.0], &[s, s], &EndConditions::Natural, &options),
+            cubic_spline(
+                &[0.0, 1.0],
+                &[s, s],
+                &EndConditions::Natural,
+                &options,
+                Interrupt::NEVER,
+            ),
             tension,
         );
     }
@@ -62,13 +74,22 @@ fn boundary_problems_and_geometric_splines_say_what_they_take() {
         tension: 64.1,
         ..Default::default()
     };
-    refused(RiemannianCubic::from_boundary(s, v, s, v, &options), 64.1);
+    refused(
+        RiemannianCubic::from_boundary(s, v, s, v, &options, Interrupt::NEVER),
+        64.1,
+    );
     let options = SplineOptions {
         tension: 0.5,
         ..Default::default()
     };
     refused(
-        geometric_spline(&[0.0, 1.0], &[s, s], &EndConditions::Natural, &options),
+        geometric_spline(
+            &[0.0, 1.0],
+            &[s, s],
+            &EndConditions::Natural,
+            &options,
+            Interrupt::NEVER,
+        ),
         0.5,
     );
 }
@@ -86,7 +107,8 @@ fn extreme_tensions_of_initial_values_are_integrated_or_refused() {
         for a in [&v, &rest] {
             let data = [&s, &v, a, &rest].map(|x| x.as_ref());
             let [s, v, a, j] = data;
-            if let Ok(curve) = RiemannianCubic::from_initial(s, v, a, j, &options) {
+            if let Ok(curve) = RiemannianCubic::from_initial(s, v, a, j, &options, Interrupt::NEVER)
+            {
                 use stiefel_rs::Curve;
                 assert!(curve.point(1.0).unwrap().norm_l2().is_finite());
             }

@@ -10,7 +10,7 @@ use crate::common::{
     Rng, assert_within, distance, frobenius, random_point, random_tangent, retract,
 };
 
-fn in_tension(tension: f64) -> SplineOptions<'static> {
+fn in_tension(tension: f64) -> SplineOptions {
     SplineOptions {
         tension,
         ..SplineOptions::default()
@@ -90,8 +90,14 @@ fn angles_on_a_circle_are_splines_of_flat_space() {
                 ],
             };
             let ends = EndConditions::Each(Box::new(ends));
-            let (curve, report) =
-                cubic_spline(&t, &views(&points), &ends, &in_tension(theta * theta)).unwrap();
+            let (curve, report) = cubic_spline(
+                &t,
+                &views(&points),
+                &ends,
+                &in_tension(theta * theta),
+                Interrupt::NEVER,
+            )
+            .unwrap();
             assert!(report.converged);
             let c = flat(&t, &angles, theta, (end, given));
             for leg in 0..4 {
@@ -141,7 +147,13 @@ fn splines_are_twice_differentiable_and_pieces_know_their_tension() {
                         .map(|i| EndCondition::Velocity(random_tangent(&points[i], 0.5, &mut rng))),
                 )),
             ] {
-                let solved = cubic_spline(&t, &views(&points), &ends, &in_tension(tension));
+                let solved = cubic_spline(
+                    &t,
+                    &views(&points),
+                    &ends,
+                    &in_tension(tension),
+                    Interrupt::NEVER,
+                );
                 let (curve, _) =
                     solved.unwrap_or_else(|error| panic!("{shape:?} {tension}: {error}"));
                 for knot in 1..6 {
@@ -188,6 +200,7 @@ fn closed_splines_close() {
         &views(&points),
         &EndConditions::Periodic,
         &in_tension(10.0),
+        Interrupt::NEVER,
     );
     let (curve, _) = solved.unwrap();
     for order in [0, 1] {
@@ -211,6 +224,7 @@ fn costs_are_stationary() {
             &views(&points),
             &EndConditions::Natural,
             &in_tension(with),
+            Interrupt::NEVER,
         )
         .unwrap();
         // The curve's own cost, minus the part due to the other tension.
@@ -244,6 +258,7 @@ fn without_time_for_it_tension_is_refused() {
         &views(&points),
         &EndConditions::Natural,
         &in_tension(17.0),
+        Interrupt::NEVER,
     );
     match refused {
         Err(Error::InvalidArgument {
@@ -281,6 +296,7 @@ fn splines_are_found_up_to_the_largest_tension() {
                     &views(&points),
                     &EndConditions::Natural,
                     &in_tension(tension),
+                    Interrupt::NEVER,
                 );
                 match found {
                     Ok((_, report)) if report.iterations <= 12 => (),

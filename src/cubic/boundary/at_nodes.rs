@@ -70,7 +70,7 @@ impl Solver<'_> {
                 work.set(work.get() + of_products(products));
                 work.get() <= left
             },
-            interrupt: self.options.interrupt,
+            interrupt: self.interrupt,
         };
         let data = boundary_data(problem);
         let (a, b) = start.split_at(start.len() / 2);

@@ -9,6 +9,7 @@ use crate::cubic::riemannian_cubic::RiemannianCubic;
 use crate::cubic::taylor::packing::unpack;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
 use crate::linalg::product::product;
 use crate::shooting::{EndData, LoneLeg, lone_legs};
@@ -30,11 +31,12 @@ const MOST_ROWS: usize = 3;
 /// # Examples
 /// ```
 /// use faer::mat;
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::cubic::{BoundaryOptions, solve_boundary};
 /// // A quarter of a circle from rest to rest.
 /// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]], mat![[0.0], [0.0]]);
 /// let problem = [&s0, &rest, &s1, &rest].map(|a| a.as_ref());
-/// let found = solve_boundary(&[problem], &BoundaryOptions::default())?;
+/// let found = solve_boundary(&[problem], &BoundaryOptions::default(), Interrupt::NEVER)?;
 /// let solution = found[0].as_ref().expect("it is an easy problem");
 /// // It accelerates along the circle at first, by 6 angle.
 /// assert!((solution.acceleration[(1, 0)] - 3.0 * std::f64::consts::PI).abs() < 1e-10);
@@ -68,24 +70,26 @@ pub struct BoundarySolution {
 /// # Examples
 /// ```
 /// use faer::mat;
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, solve_boundary};
 /// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
 /// let problem = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
-/// let found = solve_boundary(&[problem; 10], &BoundaryOptions::default())?;
+/// let found = solve_boundary(&[problem; 10], &BoundaryOptions::default(), Interrupt::NEVER)?;
 /// let solution = found[9].as_ref().expect("it is an easy problem");
 /// let [s, v, a, j] = [&s0, &v0, &solution.acceleration, &solution.jerk].map(|a| a.as_ref());
-/// let curve = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions::default())?;
+/// let curve = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions::default(), Interrupt::NEVER)?;
 /// assert!((stiefel_rs::Curve::point(&curve, 1.0)? - s1).norm_l2() < 1e-12);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 pub fn solve_boundary(
     problems: &[[MatRef<'_, f64>; 4]],
     options: &BoundaryOptions<'_>,
+    interrupt: Interrupt<'_>,
 ) -> Result<Vec<Result<BoundarySolution>>> {
     options.check()?;
     let tasks: Vec<_> = problems.chunks(TASK).collect();
-    let solved = |(): &mut (), task: usize| solve_task(tasks[task], options);
+    let solved = |(): &mut (), task: usize| solve_task(tasks[task], options, interrupt);
     let found = threads::map(tasks.len(), ALWAYS, || (), solved)?;
     Ok(found.into_iter().flatten().collect())
 }
@@ -97,6 +101,7 @@ pub fn solve_boundary(
 fn solve_task(
     task: &[[MatRef<'_, f64>; 4]],
     options: &BoundaryOptions<'_>,
+    interrupt: Interrupt<'_>,
 ) -> Result<Vec<Result<BoundarySolution>>> {
     let problems: Vec<Result<BoundaryProblem>> = task
         .iter()
@@ -119,13 +124,13 @@ fn solve_task(
             let is_easy = problem.is_moderate(&flat);
             is_easy.then(|| (i, end_data(problem, &flat)))
         });
-        abreast(first, alike(easy.collect()), &mut legs, options)?;
+        abreast(first, alike(easy.collect()), &mut legs, options, interrupt)?;
     }
     let mut found = Vec::new();
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
         let solution = problem.and_then(|problem| match leg {
             Some(leg) => Ok(transformed(&problem, &leg)),
-            None => alone(&problem, data[0], options),
+            None => alone(&problem, data[0], options, interrupt),
         });
         if let Err(error @ Error::Interrupted { .. }) = solution {
             return Err(error);
@@ -137,9 +142,11 @@ fn solve_task(
 
 /// Problems in order of their speed: a group of eight takes as many steps and terms as the hardest of them. In the
 /// given order, problems with distance and speeds up to 2 on St(3,1) take 1.08 times as long.
-fn alike(mut easy: Vec<(usize, EndData)>) -> Vec<(usize, EndData)> {
-    easy.sort_by(|(_, a), (_, b)| a.speed().total_cmp(&b.speed()));
-    easy
+fn alike(easy: Vec<(usize, EndData)>) -> Vec<(usize, EndData)> {
+    let with_speed = |problem: (usize, EndData)| (problem.1.speed(), problem);
+    let mut easy: Vec<_> = easy.into_iter().map(with_speed).collect();
+    easy.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    easy.into_iter().map(|(_, problem)| problem).collect()
 }
 
 /// Solves easy problems in groups, each by a single series.
@@ -151,13 +158,14 @@ fn abreast(
     easy: Vec<(usize, EndData)>,
     legs: &mut [Option<LoneLeg>],
     options: &BoundaryOptions<'_>,
+    interrupt: Interrupt<'_>,
 ) -> Result<()> {
     let mut solve = lone_legs(like.shape());
     // Factor from coordinates to the lengths of real vectors.
     let scale = like.weight().sqrt();
     let (places, data): (Vec<usize>, Vec<EndData>) = easy.into_iter().unzip();
     for (places, data) in places.chunks(LANES).zip(data.chunks(LANES)) {
-        options.interrupt.check(SOLVER)?;
+        interrupt.check(SOLVER)?;
         let steps = STEPS.min(options.max_iterations);
         for (place, leg) in places
             .iter()
@@ -178,12 +186,13 @@ fn alone(
     problem: &BoundaryProblem,
     s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
+    interrupt: Interrupt<'_>,
 ) -> Result<BoundarySolution> {
-    let (solution, report) = from_boundary::solve(problem, s0, options)?;
+    let (solution, report) = from_boundary::solve(problem, s0, options, interrupt)?;
     let start = solution.start.clone();
-    let taylor = solution.into_taylor(problem, options.interrupt)?;
+    let taylor = solution.into_taylor(problem, interrupt)?;
     let (r, k) = problem.end[0].shape();
-    let cost = RiemannianCubic::of_taylor(r, k, None, taylor, None).cost(options.interrupt)?;
+    let cost = RiemannianCubic::of_taylor(r, k, None, taylor, None).cost(interrupt)?;
     let residual = report.residual;
     Ok(transformed(
         problem,

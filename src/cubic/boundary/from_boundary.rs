@@ -9,6 +9,7 @@ use super::solver::{Reported, Solver};
 use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
 use crate::error::Result;
+use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::advised;
 
 impl RiemannianCubic {
@@ -46,8 +47,9 @@ impl RiemannianCubic {
         s1: MatRef<'_, f64>,
         v1: MatRef<'_, f64>,
         options: &BoundaryOptions<'_>,
+        interrupt: Interrupt<'_>,
     ) -> Result<Self> {
-        let found = Self::between_frames([s0, v0, s1, v1], options);
+        let found = Self::between_frames([s0, v0, s1, v1], options, interrupt);
         found.map_err(|error| advised(error, s0, s1))
     }
 
@@ -58,11 +60,12 @@ impl RiemannianCubic {
     pub(crate) fn between_frames(
         data: [MatRef<'_, f64>; 4],
         options: &BoundaryOptions<'_>,
+        interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         options.check()?;
         let problem = BoundaryProblem::new(data, options)?;
-        let (solution, report) = solve(&problem, data[0], options)?;
-        let taylor = solution.into_taylor(&problem, options.interrupt)?;
+        let (solution, report) = solve(&problem, data[0], options, interrupt)?;
+        let taylor = solution.into_taylor(&problem, interrupt)?;
         Ok(Self::of_taylor(
             problem.n,
             problem.k,
@@ -81,8 +84,9 @@ pub(crate) fn solve(
     problem: &BoundaryProblem,
     s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
+    interrupt: Interrupt<'_>,
 ) -> Result<Reported> {
-    let mut solver = Solver::new(problem, options);
+    let mut solver = Solver::new(problem, options, interrupt);
     let found = match options.guess {
         Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
         None => solver.of_low_cost()?,

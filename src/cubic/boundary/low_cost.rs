@@ -279,7 +279,7 @@ impl Solver<'_> {
         let Some(end) = end.filter(|end| end.is_at_rest) else {
             return Ok(None);
         };
-        let (problem, interrupt) = (self.problem, self.options.interrupt);
+        let (problem, interrupt) = (self.problem, self.interrupt);
         let legs = problem.integrated_legs(&end.knots, &end.derivatives, interrupt);
         let Some((taylor, gap)) = unless_interrupted(legs)? else {
             return Ok(None);
@@ -322,7 +322,7 @@ impl Solver<'_> {
             tolerance: limits.tolerance,
             max_iterations: limits.max_iterations,
             may_go_on: &may_go_on,
-            interrupt: self.options.interrupt,
+            interrupt: self.interrupt,
         };
         let at_rest = limits.others.iter().filter(|end| end.is_at_rest);
         let known: Vec<_> = at_rest.map(|end| &end.knots).collect();

@@ -31,7 +31,7 @@ pub(crate) const SEARCH_WORK: f64 = 4.0;
 /// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]], mat![[0.0], [0.0]]);
 /// let options = SearchOptions { starts: 2, seed: 1, ..Default::default() };
 /// let found = RiemannianCubic::all_from_boundary(
-///     s0.as_ref(), rest.as_ref(), s1.as_ref(), rest.as_ref(), &options,
+///     s0.as_ref(), rest.as_ref(), s1.as_ref(), rest.as_ref(), &options, Interrupt::NEVER,
 /// )?;
 /// // The cost is 12 angle^2, the cheapest comes first.
 /// assert!((found[0].cost(Interrupt::NEVER)? / (12.0 * std::f64::consts::FRAC_PI_2.powi(2)) - 1.0).abs() < 1e-10);
@@ -97,8 +97,9 @@ impl RiemannianCubic {
         s1: MatRef<'_, f64>,
         v1: MatRef<'_, f64>,
         options: &SearchOptions<'_>,
+        interrupt: Interrupt<'_>,
     ) -> Result<Vec<Self>> {
-        let found = Self::all_between_frames([s0, v0, s1, v1], options);
+        let found = Self::all_between_frames([s0, v0, s1, v1], options, interrupt);
         found.map_err(|error| advised(error, s0, s1))
     }
 
@@ -109,6 +110,7 @@ impl RiemannianCubic {
     pub(crate) fn all_between_frames(
         data: [MatRef<'_, f64>; 4],
         options: &SearchOptions<'_>,
+        interrupt: Interrupt<'_>,
     ) -> Result<Vec<Self>> {
         options.check()?;
         let problem = BoundaryProblem::new(data, &options.boundary)?;
@@ -116,7 +118,7 @@ impl RiemannianCubic {
             Some((a, j)) => problem.start_from(data[0], a, j)?,
             None => problem.flat_start(problem.flat()?.as_ref()),
         };
-        let mut solver = Solver::new(&problem, &options.boundary);
+        let mut solver = Solver::new(&problem, &options.boundary, interrupt);
         solver.work.allow(SEARCH_WORK);
         let mut found = DistinctSolutions::new(options.distinct);
         search(&problem, &mut solver, &start, options, &mut found)?;
@@ -125,7 +127,7 @@ impl RiemannianCubic {
         }
         let mut ranked = Vec::new();
         for (_, (solution, report)) in found.solutions {
-            let taylor = solution.into_taylor(&problem, options.boundary.interrupt)?;
+            let taylor = solution.into_taylor(&problem, interrupt)?;
             let frame = problem.frame.clone();
             let curve = Self::of_taylor(
                 problem.n,
@@ -134,7 +136,7 @@ impl RiemannianCubic {
                 taylor,
                 Some(report),
             );
-            ranked.push((curve.cost(Interrupt::NEVER)?, curve));
+            ranked.push((curve.cost(interrupt)?, curve));
         }
         ranked.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         Ok(ranked.into_iter().map(|(_, curve)| curve).collect())

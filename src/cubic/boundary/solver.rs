@@ -15,6 +15,7 @@ use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::taylor::work::{TRIALS, Work, work_of_curve};
 use crate::error::{Error, Result, unless_interrupted};
+use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::Appearance;
 use crate::report::{SolverReport, StopReason, Strategy};
 use crate::solve::gmres::norm;
@@ -55,6 +56,7 @@ pub(crate) fn scattered(
 pub(crate) struct Solver<'a> {
     pub(crate) problem: &'a BoundaryProblem,
     pub(crate) options: &'a BoundaryOptions<'a>,
+    pub(crate) interrupt: Interrupt<'a>,
     pub(crate) work: Rc<Work>,
     /// Tolerance of the options, raised to what round-off allows.
     tolerance: f64,
@@ -68,13 +70,18 @@ pub(crate) struct Solver<'a> {
 pub(crate) type Reported = (SolvedStart, SolverReport);
 
 impl<'a> Solver<'a> {
-    pub(crate) fn new(problem: &'a BoundaryProblem, options: &'a BoundaryOptions<'a>) -> Self {
+    pub(crate) fn new(
+        problem: &'a BoundaryProblem,
+        options: &'a BoundaryOptions<'a>,
+        interrupt: Interrupt<'a>,
+    ) -> Self {
         let curve = work_of_curve(problem.blocks());
         let work = Work::of_trials(TRIALS, curve, Appearance::Usual);
         work.allow(options.allowance());
         Solver {
             problem,
             options,
+            interrupt,
             work: Rc::new(work),
             // At most the bound on round-off: the ends of faster curves have no correct digits.
             tolerance: options
@@ -164,7 +171,7 @@ impl<'a> Solver<'a> {
 
     /// The equations at the end.
     fn shooting(&mut self) -> &mut SingleShooting<'a> {
-        let (problem, interrupt) = (self.problem, self.options.interrupt);
+        let (problem, interrupt) = (self.problem, self.interrupt);
         self.shooting
             .get_or_insert_with(|| SingleShooting::new(problem, self.work.clone(), interrupt))
     }
@@ -175,7 +182,7 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// `Interrupted`.
     pub(crate) fn integrated(&mut self, start: &[f64]) -> Result<Option<SolvedStart>> {
-        let taylor = self.problem.integrated(start, self.options.interrupt);
+        let taylor = self.problem.integrated(start, self.interrupt);
         let Some(taylor) = unless_interrupted(taylor)? else {
             return Ok(None);
         };

@@ -58,14 +58,14 @@ use crate::error::{Error, Result};
 /// ```
 /// use faer::mat;
 /// use stiefel_rs::cubic::{IntegrationOptions, RiemannianCubic, SplittingOptions, SplittingOrder, integrate_cubic};
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// let (s, v) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (a, j) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [3.0], [0.0]]);
 /// let [s, v, a, j] = [&s, &v, &a, &j].map(|a| a.as_ref());
-/// let end = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions::default())?.point(1.0)?;
+/// let end = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions::default(), Interrupt::NEVER)?.point(1.0)?;
 /// let error = |order, steps| -> stiefel_rs::Result<f64> {
 ///     let options = SplittingOptions { order, ..Default::default() };
-///     Ok((integrate_cubic(s, v, a, j, steps, &options)?.points()?.get(steps) - &end).norm_l2())
+///     Ok((integrate_cubic(s, v, a, j, steps, &options, Interrupt::NEVER)?.points()?.get(steps) - &end).norm_l2())
 /// };
 /// // Half the step: a quarter of the error of order 2, a sixteenth of that of order 4.
 /// assert!((error(SplittingOrder::Two, 16)? / error(SplittingOrder::Two, 32)? - 4.0).abs() < 0.1);

@@ -50,40 +50,6 @@ use crate::space::Quotient;
 /// Steps of small states between two polls of the interrupt.
 const STEPS_PER_CHECK: usize = 64;
 
-/// Options of [`integrate_embedded`].
-///
-/// # Examples
-/// ```
-/// use faer::mat;
-/// use stiefel_rs::cubic::{EmbeddedOptions, integrate_embedded};
-/// let (s, v) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
-/// let (a, j) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [3.0], [0.0]]);
-/// let options = EmbeddedOptions { t_end: 0.5, ..Default::default() };
-/// let there = integrate_embedded(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), 10, &options)?;
-/// // The method is symmetric: the same steps lead back.
-/// let [y, w, b, i] = [there.points()?, there.velocities()?, there.accelerations()?, there.jerks()?];
-/// let [y, w, b, i] = [y.get(10), w.get(10), b.get(10), i.get(10)];
-/// let back = integrate_embedded(y, w, b, i, 10, &EmbeddedOptions { t_end: -0.5, ..options })?;
-/// assert!((back.points()?.get(10) - s).norm_l2() < 1e-13);
-/// # Ok::<(), stiefel_rs::Error>(())
-/// ```
-#[derive(Clone, Copy)]
-pub struct EmbeddedOptions<'a> {
-    /// End of the time interval, finite and nonzero; negative to run backwards.
-    pub t_end: f64,
-    /// Polled between steps.
-    pub interrupt: Interrupt<'a>,
-}
-
-impl Default for EmbeddedOptions<'_> {
-    fn default() -> Self {
-        EmbeddedOptions {
-            t_end: 1.0,
-            interrupt: Interrupt::NEVER,
-        }
-    }
-}
-
 /// Integrate the Riemannian cubic with given initial data, in equal steps of a symplectic method in the embedding.
 ///
 /// ```math
@@ -95,7 +61,8 @@ impl Default for EmbeddedOptions<'_> {
 ///
 /// # Arguments
 /// * `s` - point, shape `(n, k)`; `v`, `a`, `j` - velocity, covariant acceleration and covariant jerk at `s`
-/// * `steps` - at least 1; `options` - time
+/// * `steps` - at least 1
+/// * `t_end` - end of the time interval, finite and nonzero; negative to run backwards
 /// # Accuracy
 /// Order 2; the energy error does not drift; orthonormality, tangency, both momentum constraints and the spatial
 /// momentum hold to round-off for any number of steps (`tests/embedded.rs`).
@@ -107,14 +74,19 @@ impl Default for EmbeddedOptions<'_> {
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::cubic::{EmbeddedOptions, integrate_embedded};
+/// use stiefel_rs::Interrupt;
+/// use stiefel_rs::cubic::integrate_embedded;
 /// let (s, v) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (a, j) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [3.0], [0.0]]);
-/// let [s, v, a, j] = [&s, &v, &a, &j].map(|a| a.as_ref());
-/// let trajectory = integrate_embedded(s, v, a, j, 50, &EmbeddedOptions::default())?;
-/// assert_eq!(trajectory.points()?.len(), 51);
-/// assert!(trajectory.energy().iter().all(|energy| (energy + 1.0).abs() < 1e-2));
-/// assert!(trajectory.constraint_drift() < 1e-14 && trajectory.momentum_drift() < 1e-14);
+/// let [y, w, b, i] = [&s, &v, &a, &j].map(|a| a.as_ref());
+/// let there = integrate_embedded(y, w, b, i, 50, 1.0, Interrupt::NEVER)?;
+/// assert!(there.energy().iter().all(|energy| (energy + 1.0).abs() < 1e-2));
+/// assert!(there.constraint_drift() < 1e-14 && there.momentum_drift() < 1e-14);
+/// // The method is symmetric: the same steps lead back.
+/// let [y, w, b, i] = [there.points()?, there.velocities()?, there.accelerations()?, there.jerks()?];
+/// let [y, w, b, i] = [y.get(50), w.get(50), b.get(50), i.get(50)];
+/// let back = integrate_embedded(y, w, b, i, 50, -1.0, Interrupt::NEVER)?;
+/// assert!((back.points()?.get(50) - s).norm_l2() < 1e-12);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 /// # Source
@@ -127,20 +99,21 @@ pub fn integrate_embedded(
     a: MatRef<'_, f64>,
     j: MatRef<'_, f64>,
     steps: usize,
-    options: &EmbeddedOptions<'_>,
+    t_end: f64,
+    interrupt: Interrupt<'_>,
 ) -> Result<CubicTrajectory> {
-    check_duration(options.t_end)?;
+    check_duration(t_end)?;
     check_steps(steps)?;
     let data = InitialData::new(s, v, a, j, Quotient::Frames)?;
     let size = [data.g.nrows(), s.ncols()];
-    let mut trajectory = CubicTrajectory::with_room(size, steps, options.t_end)?;
+    let mut trajectory = CubicTrajectory::with_room(size, steps, t_end)?;
     let mut state = EmbeddedState::new(&data);
-    let h = options.t_end / steps as f64;
+    let h = t_end / steps as f64;
     let per_check = trajectory.per_check(STEPS_PER_CHECK);
     trajectory.record(&mut state)?;
     for step in 0..steps {
         if step % per_check == 0 {
-            options.interrupt.check("cubic in the embedding")?;
+            interrupt.check("cubic in the embedding")?;
         }
         state.step(h)?;
         trajectory.record(&mut state)?;

@@ -47,20 +47,21 @@ const FLOWS_PER_CHECK: usize = 1024;
 /// # Examples
 /// ```
 /// use faer::mat;
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::cubic::{SplittingOptions, SplittingOrder, integrate_cubic};
 /// let (s, v) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (a, j) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [3.0], [0.0]]);
 /// let options = SplittingOptions { order: SplittingOrder::Eight, ..Default::default() };
-/// let there = integrate_cubic(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), 10, &options)?;
+/// let there = integrate_cubic(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), 10, &options, Interrupt::NEVER)?;
 /// // The method is reversible: the same steps lead back.
 /// let [y, w, b, i] = [there.points()?, there.velocities()?, there.accelerations()?, there.jerks()?];
 /// let [y, w, b, i] = [y.get(10), w.get(10), b.get(10), i.get(10)];
-/// let back = integrate_cubic(y, w, b, i, 10, &SplittingOptions { t_end: -1.0, ..options })?;
+/// let back = integrate_cubic(y, w, b, i, 10, &SplittingOptions { t_end: -1.0, ..options }, Interrupt::NEVER)?;
 /// assert!((back.points()?.get(10) - s).norm_l2() < 1e-13);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Clone, Copy)]
-pub struct SplittingOptions<'a> {
+pub struct SplittingOptions {
     /// End of the time interval, finite and nonzero; negative to run backwards.
     pub t_end: f64,
     /// `tau >= 0` of a cubic in tension: the Hamiltonian has the additional term `- tau |x|^2 / 2`. Orders 4, 6 and 8
@@ -70,18 +71,15 @@ pub struct SplittingOptions<'a> {
     pub quotient: Quotient,
     /// Order of the composition.
     pub order: SplittingOrder,
-    /// Polled between steps.
-    pub interrupt: Interrupt<'a>,
 }
 
-impl Default for SplittingOptions<'_> {
+impl Default for SplittingOptions {
     fn default() -> Self {
         SplittingOptions {
             t_end: 1.0,
             tension: 0.0,
             quotient: Quotient::Frames,
             order: SplittingOrder::default(),
-            interrupt: Interrupt::NEVER,
         }
     }
 }
@@ -106,7 +104,8 @@ pub fn integrate_cubic(
     a: MatRef<'_, f64>,
     j: MatRef<'_, f64>,
     steps: usize,
-    options: &SplittingOptions<'_>,
+    options: &SplittingOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<CubicTrajectory> {
     check_duration(options.t_end)?;
     check_steps(steps)?;
@@ -115,9 +114,21 @@ pub fn integrate_cubic(
     let (r, k) = (data.g.nrows(), s.ncols());
     let mut trajectory = CubicTrajectory::with_room([r, k], steps, options.t_end)?;
     if r == 3 && (options.quotient == Quotient::Frames || k == 1) {
-        march(&mut SpaceState::new(&data), &mut trajectory, steps, options)?;
+        march(
+            &mut SpaceState::new(&data),
+            &mut trajectory,
+            steps,
+            options,
+            interrupt,
+        )?;
     } else {
-        march(&mut FrameState::new(&data), &mut trajectory, steps, options)?;
+        march(
+            &mut FrameState::new(&data),
+            &mut trajectory,
+            steps,
+            options,
+            interrupt,
+        )?;
     }
     Ok(trajectory.in_frame(data.frame))
 }
@@ -127,7 +138,8 @@ fn march(
     state: &mut (impl SplitState + Observed),
     trajectory: &mut CubicTrajectory,
     steps: usize,
-    options: &SplittingOptions<'_>,
+    options: &SplittingOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<()> {
     let (flows_of_step, last) = flows(options)?;
     let h = options.t_end / steps as f64;
@@ -137,7 +149,7 @@ fn march(
     for _ in 0..steps {
         for &(b, a) in &flows_of_step {
             if flows % per_check == 0 {
-                options.interrupt.check("splitting of a cubic")?;
+                interrupt.check("splitting of a cubic")?;
             }
             flows += 1;
             state.drift(h * b);
@@ -153,7 +165,7 @@ fn march(
 ///
 /// In tension, Strang's step is composed with itself: `[B, [B, A]]`, which the other compositions assume to vanish, is
 /// then `-2 tau B`, and would reduce the orders 4, 6 and 8 to 2.
-fn flows(options: &SplittingOptions<'_>) -> Result<(Vec<(f64, f64)>, f64)> {
+fn flows(options: &SplittingOptions) -> Result<(Vec<(f64, f64)>, f64)> {
     let composition = options.order.composition();
     if options.tension == 0.0 {
         return Ok((composition.pairs().collect(), composition.last()));

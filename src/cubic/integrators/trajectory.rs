@@ -31,11 +31,12 @@ pub(crate) trait Observed {
 /// # Examples
 /// ```
 /// use faer::mat;
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::cubic::{SplittingOptions, integrate_cubic};
 /// let (s, v) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (a, j) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [3.0], [0.0]]);
 /// let [s, v, a, j] = [&s, &v, &a, &j].map(|a| a.as_ref());
-/// let trajectory = integrate_cubic(s, v, a, j, 50, &SplittingOptions::default())?;
+/// let trajectory = integrate_cubic(s, v, a, j, 50, &SplittingOptions::default(), Interrupt::NEVER)?;
 /// assert_eq!((trajectory.points()?.len(), trajectory.time(25)), (51, 0.5));
 /// // |A|^2 / 2 - <J, V>, kept up to the error of the method; momentum up to round-off.
 /// assert!(trajectory.energy().iter().all(|energy| (energy + 1.0).abs() < 1e-8));

@@ -36,7 +36,7 @@ use crate::space::Quotient;
 /// let (sin, cos) = 1.0_f64.sin_cos();
 /// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[cos], [sin]], mat![[0.0], [0.0]]);
 /// let (s0, s1, rest) = (s0.as_ref(), s1.as_ref(), rest.as_ref());
-/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default())?;
+/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default(), Interrupt::NEVER)?;
 /// // The end moves on, at unit speed.
 /// let onwards = mat![[-sin], [cos]];
 /// let variation = BoundaryVariation { s0: rest, v0: rest, s1: onwards.as_ref(), v1: rest };
@@ -68,7 +68,7 @@ pub struct BoundaryVariation<'a> {
 /// let (sin, cos) = 1.0_f64.sin_cos();
 /// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[cos], [sin]], mat![[0.0], [0.0]]);
 /// let (s0, s1, rest) = (s0.as_ref(), s1.as_ref(), rest.as_ref());
-/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default())?;
+/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default(), Interrupt::NEVER)?;
 /// // The angle at 1/2 is half that of the end, and the velocity at the start counts 1/8.
 /// let along = mat![[-0.5_f64.sin()], [0.5_f64.cos()]];
 /// let derivative = curve.boundary_derivative(Interrupt::NEVER)?;
@@ -103,7 +103,7 @@ pub type CostGradient = BoundaryGradient;
 /// let (sin, cos) = 1.0_f64.sin_cos();
 /// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[cos], [sin]], mat![[0.0], [0.0]]);
 /// let (s0, s1, rest) = (s0.as_ref(), s1.as_ref(), rest.as_ref());
-/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default())?;
+/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default(), Interrupt::NEVER)?;
 /// let derivative = curve.boundary_derivative(Interrupt::NEVER)?;
 /// // Where the end moves on at unit speed, the middle does at half of it.
 /// let onwards = mat![[-sin], [cos]];

@@ -22,7 +22,7 @@ use crate::linalg::structure::check_range;
 /// let (sin, cos) = 1.0_f64.sin_cos();
 /// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[cos], [sin]], mat![[0.0], [0.0]]);
 /// let (s0, s1, rest) = (s0.as_ref(), s1.as_ref(), rest.as_ref());
-/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default())?;
+/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default(), Interrupt::NEVER)?;
 /// let onwards = mat![[-sin], [cos]];
 /// let variation = BoundaryVariation { s0: rest, v0: rest, s1: onwards.as_ref(), v1: rest };
 /// let initial = curve.boundary_derivative(Interrupt::NEVER)?.initial(&variation, Interrupt::NEVER)?;
@@ -53,7 +53,7 @@ pub struct InitialVariation {
 /// // On the circle the angle is t + t^2 / 2 + t^3 / 6 by velocity, acceleration and jerk 1.
 /// let (s, v) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]]);
 /// let (s, v) = (s.as_ref(), v.as_ref());
-/// let curve = RiemannianCubic::from_initial(s, v, v, v, &IntegrationOptions::default())?;
+/// let curve = RiemannianCubic::from_initial(s, v, v, v, &IntegrationOptions::default(), Interrupt::NEVER)?;
 /// let angle = 1.0_f64 + 0.5 + 1.0 / 6.0;
 /// let along = mat![[-angle.sin()], [angle.cos()]];
 /// let gradient = curve.initial_pull_back(&[1.0], &[along.as_ref()], Interrupt::NEVER)?;

@@ -334,7 +334,8 @@ mod tests {
             let data = [&s0, &v0, &s1, &v1].map(|x| x.as_ref());
             let options = BoundaryOptions::default();
             let [s0, v0, s1, v1] = data;
-            let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options).unwrap();
+            let curve =
+                RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER).unwrap();
             let cubic = LinearCubic::new(&curve, Interrupt::NEVER).unwrap();
             assert_eq!(cubic.flow.frame.nrows(), shape[0]);
             let start = curve.taylor.ends()[0];

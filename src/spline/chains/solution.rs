@@ -24,12 +24,12 @@ pub(crate) struct Effort<'a> {
 }
 
 impl<'a> Effort<'a> {
-    pub(crate) fn new(options: &SplineOptions<'a>, work: &'a Work) -> Self {
+    pub(crate) fn new(options: &SplineOptions, work: &'a Work, interrupt: Interrupt<'a>) -> Self {
         Effort {
             tolerance: options.tolerance,
             max_iterations: options.max_iterations,
             work,
-            interrupt: options.interrupt,
+            interrupt,
         }
     }
 

@@ -9,6 +9,7 @@ use super::solution::{ChainSolution, ChainStart, Effort};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::work::{TRIALS, Work};
 use crate::error::{Result, unless_interrupted};
+use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::Appearance;
 use crate::report::{SolverReport, StopReason, Strategy};
 use crate::spline::ends::Ends;
@@ -30,10 +31,11 @@ const FURTHER: f64 = 1.7;
 pub(crate) fn in_frames(
     chain: &Framed<'_>,
     ends: &Ends,
-    options: &SplineOptions<'_>,
+    options: &SplineOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<ChainSolution> {
     let work = work_in_frames(chain, options);
-    cheapest(chain, ends, Effort::new(options, &work), FURTHER)
+    cheapest(chain, ends, Effort::new(options, &work, interrupt), FURTHER)
 }
 
 /// The same within given work, whose limit is multiplied by `further` after the first solution.
@@ -74,12 +76,12 @@ pub(crate) fn cheapest(
 }
 
 /// The work limit of a chain in few dimensions.
-pub(crate) fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions<'_>) -> Work {
+pub(crate) fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions) -> Work {
     work_of_legs(chain.lengths().len(), chain.blocks(), options)
 }
 
 /// The same for a number of legs.
-pub(crate) fn work_of_legs(legs: usize, blocks: Sizes, options: &SplineOptions<'_>) -> Work {
+pub(crate) fn work_of_legs(legs: usize, blocks: Sizes, options: &SplineOptions) -> Work {
     let trial = legs as f64 * work_of_leg(legs, blocks);
     options.work(TRIALS_IN_FRAMES, trial, Appearance::Usual)
 }
@@ -104,10 +106,11 @@ pub(crate) fn in_ambient(
     chain: &Ambient<'_>,
     ends: &Ends,
     points: Appearance,
-    options: &SplineOptions<'_>,
+    options: &SplineOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<ChainSolution> {
     let trial = chain.lengths().len() as f64 * chain.work_of_leg();
     let work = options.work(TRIALS, trial, points);
-    let solution = chain.solve(ends, Effort::new(options, &work))?;
+    let solution = chain.solve(ends, Effort::new(options, &work, interrupt))?;
     Ok(solution.found_by(Strategy::Direct))
 }

@@ -73,9 +73,10 @@ pub fn geometric_spline(
     t: &[f64],
     points: &[MatRef<'_, f64>],
     ends: &EndConditions,
-    options: &SplineOptions<'_>,
+    options: &SplineOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<(Piecewise<GeometricCubic>, SolverReport)> {
-    let found = solved(Quotient::Frames, t, points, ends, options);
+    let found = solved(Quotient::Frames, t, points, ends, options, interrupt);
     let found =
         found.and_then(|(problem, velocities, report)| Ok((problem.pieces(&velocities)?, report)));
     let (pieces, report) = found.map_err(|error| advised_knots(error, Quotient::Frames, points))?;
@@ -91,7 +92,8 @@ pub(crate) fn solved<'a>(
     t: &[f64],
     points: &[MatRef<'_, f64>],
     ends: &EndConditions,
-    options: &SplineOptions<'a>,
+    options: &SplineOptions,
+    interrupt: Interrupt<'a>,
 ) -> Result<(GeometricProblem<'a>, Vec<f64>, SolverReport)> {
     knots::check_tolerance(options.tolerance)?;
     if options.tension != 0.0 {
@@ -103,7 +105,7 @@ pub(crate) fn solved<'a>(
     }
     knots::check(t, points)?;
     check_ends(quotient, points, ends)?;
-    let mut problem = GeometricProblem::new(quotient, t, points, ends, options.interrupt)?;
+    let mut problem = GeometricProblem::new(quotient, t, points, ends, interrupt)?;
     let (velocities, report) = problem.solve(options.tolerance, options.max_iterations)?;
     if !report.converged {
         return Err(Error::NoConvergence {

@@ -68,14 +68,14 @@ pub fn geometric_subspace_hermite(
 /// # Examples
 /// ```
 /// use faer::{Mat, MatRef, mat};
-/// use stiefel_rs::Curve;
+/// use stiefel_rs::{Curve, Interrupt};
 /// use stiefel_rs::spline::{EndConditions, SplineOptions, geometric_subspace_spline};
 /// // Lines in the plane at the angles 0, 1 and 0, whichever way their bases point.
 /// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[-a.cos()], [-a.sin()]]);
 /// let views = points.each_ref().map(|point| point.as_ref());
 /// let options = SplineOptions::default();
 /// let (curve, report) =
-///     geometric_subspace_spline(&[0.0, 1.0, 2.0], &views, &EndConditions::Natural, &options)?;
+///     geometric_subspace_spline(&[0.0, 1.0, 2.0], &views, &EndConditions::Natural, &options, Interrupt::NEVER)?;
 /// assert!(report.converged);
 /// // The natural spline of 0, 1, 0 is (3 t - t^3) / 2 on [0, 1].
 /// let angle: f64 = (3.0 * 0.5 - 0.125) / 2.0;
@@ -86,16 +86,18 @@ pub fn geometric_subspace_spline(
     t: &[f64],
     points: &[MatRef<'_, f64>],
     ends: &EndConditions,
-    options: &SplineOptions<'_>,
+    options: &SplineOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<(Piecewise<SubspacePolynomial>, SolverReport)> {
-    let (problem, velocities, report) = solved(Quotient::Subspaces, t, points, ends, options)?;
+    let (problem, velocities, report) =
+        solved(Quotient::Subspaces, t, points, ends, options, interrupt)?;
     let velocities: Vec<Mat<f64>> = points
         .iter()
         .enumerate()
         .map(|(knot, point)| problem.velocity_at(knot, *point, &velocities))
         .collect();
     let velocities: Vec<_> = velocities.iter().map(Mat::as_ref).collect();
-    let curve = chained(t, points, &velocities, options.interrupt)?;
+    let curve = chained(t, points, &velocities, interrupt)?;
     Ok((curve, report))
 }
 

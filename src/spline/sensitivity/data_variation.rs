@@ -26,7 +26,7 @@ use crate::manifold::stiefel::TANGENT_TOLERANCE;
 /// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let views: Vec<MatRef<'_, f64>> = points.iter().map(|point| point.as_ref()).collect();
 /// let ends = EndConditions::Natural;
-/// let (curve, _) = cubic_spline(&[0.0, 1.0, 2.0], &views, &ends, &SplineOptions::default())?;
+/// let (curve, _) = cubic_spline(&[0.0, 1.0, 2.0], &views, &ends, &SplineOptions::default(), Interrupt::NEVER)?;
 /// let (rest, onwards) = (mat![[0.0], [0.0]], mat![[-1.0_f64.sin()], [1.0_f64.cos()]]);
 /// let points = [rest.as_ref(), onwards.as_ref(), rest.as_ref()];
 /// let variation = SplineVariation { points: &points, times: &[], ends: [None, None] };
@@ -61,7 +61,7 @@ pub struct SplineVariation<'a> {
 /// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let views: Vec<MatRef<'_, f64>> = points.iter().map(|point| point.as_ref()).collect();
 /// let ends = EndConditions::Natural;
-/// let (curve, _) = cubic_spline(&[0.0, 1.0, 2.0], &views, &ends, &SplineOptions::default())?;
+/// let (curve, _) = cubic_spline(&[0.0, 1.0, 2.0], &views, &ends, &SplineOptions::default(), Interrupt::NEVER)?;
 /// let gradient = curve.cost_gradient(&ends, Interrupt::NEVER)?;
 /// let slope = gradient.points[1].transpose() * mat![[-1.0_f64.sin()], [1.0_f64.cos()]];
 /// assert!((slope[(0, 0)] - 12.0).abs() < 1e-10);

@@ -67,7 +67,7 @@ const POINTS: f64 = 3.0;
 /// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let views: Vec<MatRef<'_, f64>> = points.iter().map(|point| point.as_ref()).collect();
 /// let ends = EndConditions::Natural;
-/// let (curve, _) = cubic_spline(&[0.0, 1.0, 2.0], &views, &ends, &SplineOptions::default())?;
+/// let (curve, _) = cubic_spline(&[0.0, 1.0, 2.0], &views, &ends, &SplineOptions::default(), Interrupt::NEVER)?;
 /// let derivative = curve.data_derivative(&ends, Interrupt::NEVER)?;
 /// // The angle at 1/2, as a function of the angles of the points and of the times.
 /// let angle = curve.point(0.5)?[(1, 0)].asin();

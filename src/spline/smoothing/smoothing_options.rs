@@ -1,6 +1,5 @@
 //! Options of smoothing splines.
 
-use crate::interrupt::Interrupt;
 use crate::space::{Quotient, ScalarField};
 use crate::spline::options::{MAX_ITERATIONS, SplineOptions};
 
@@ -21,7 +20,7 @@ use crate::spline::options::{MAX_ITERATIONS, SplineOptions};
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Clone, Copy)]
-pub struct SmoothingOptions<'a> {
+pub struct SmoothingOptions {
     /// `lambda`, in units of squared distance times time cubed; infinite for geodesic regression; chosen by generalised
     /// cross-validation if it is `None`.
     pub lambda: Option<f64>,
@@ -35,11 +34,9 @@ pub struct SmoothingOptions<'a> {
     pub quotient: Quotient,
     /// Scalars of the points; complex points are embedded in real ones.
     pub field: ScalarField,
-    /// Polled before every leg of every step.
-    pub interrupt: Interrupt<'a>,
 }
 
-impl Default for SmoothingOptions<'_> {
+impl Default for SmoothingOptions {
     /// Cross-validation, `1e-11`, at most 200 steps.
     fn default() -> Self {
         SmoothingOptions {
@@ -48,20 +45,18 @@ impl Default for SmoothingOptions<'_> {
             max_iterations: MAX_ITERATIONS,
             quotient: Quotient::Frames,
             field: ScalarField::Real,
-            interrupt: Interrupt::NEVER,
         }
     }
 }
 
-impl<'a> SmoothingOptions<'a> {
+impl SmoothingOptions {
     /// Options of the interpolating spline through the data.
-    pub(super) fn spline(&self) -> SplineOptions<'a> {
+    pub(super) fn spline(&self) -> SplineOptions {
         SplineOptions {
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
             quotient: self.quotient,
             field: self.field,
-            interrupt: self.interrupt,
             ..SplineOptions::default()
         }
     }

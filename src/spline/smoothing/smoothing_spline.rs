@@ -24,6 +24,7 @@ use super::smoothing_options::SmoothingOptions;
 use super::solve::solve;
 use crate::cubic::{IntegrationOptions, RiemannianCubic};
 use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::advised_curve;
 use crate::manifold::{Grassmann, Stiefel};
 use crate::report::{SolverReport, StopReason};
@@ -98,14 +99,15 @@ pub fn smoothing_spline(
     t: &[f64],
     data: &[MatRef<'_, f64>],
     weights: Option<&[f64]>,
-    options: &SmoothingOptions<'_>,
+    options: &SmoothingOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<SmoothingSpline> {
     knots::check_tolerance(options.tolerance)?;
     let manifold = check(t, data, weights, options.lambda)?;
     options.field.check(data.iter().copied())?;
     let grouped = Grouped::new(t, weights);
     let firsts: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
-    let found = smoothed(&manifold, data, grouped, &firsts, options);
+    let found = smoothed(&manifold, data, grouped, &firsts, options, interrupt);
     found.map_err(|error| advised_curve(error, options.quotient, &firsts))
 }
 
@@ -115,17 +117,18 @@ fn smoothed(
     data: &[MatRef<'_, f64>],
     grouped: Grouped,
     firsts: &[MatRef<'_, f64>],
-    options: &SmoothingOptions<'_>,
+    options: &SmoothingOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<SmoothingSpline> {
     // St(1, 1) has dimension zero.
     if dim(manifold, options.quotient) == 0 {
-        return interpolated(manifold, data, &grouped, firsts, options);
+        return interpolated(manifold, data, &grouped, firsts, options, interrupt);
     }
     if let [first, last] = data {
-        return between(manifold, [*first, *last], grouped.t, options);
+        return between(manifold, [*first, *last], grouped.t, options, interrupt);
     }
     if options.lambda == Some(0.0) {
-        return interpolated(manifold, data, &grouped, firsts, options);
+        return interpolated(manifold, data, &grouped, firsts, options, interrupt);
     }
     let kind = options.spline().kind();
     let knots = ReducedKnots::new(kind, &grouped.t, firsts, data)?;
@@ -140,20 +143,36 @@ fn smoothed(
     let given = options
         .lambda
         .map(|lambda| lambda / knots.unit / knots.unit / knots.unit / heaviest);
-    let (space, interrupt) = (knots.space(), options.interrupt);
+    let space = knots.space();
     let solved = if knots.is_small() {
         let through = |points: &[Mat<f64>]| {
             let frames = frames(kind, points)?.into();
             let (columns, lengths) = (points[0].ncols(), knots.lengths.clone());
             Framed::new(kind, frames, columns, lengths, interrupt)
         };
-        solve(through, &knots.points, &data, given, &space, options)?
+        solve(
+            through,
+            &knots.points,
+            &data,
+            given,
+            &space,
+            options,
+            interrupt,
+        )?
     } else {
         let through = |points: &[Mat<f64>]| {
             let (points, lengths) = (points.to_vec(), knots.lengths.clone());
             Ambient::new(kind, points, lengths, interrupt)
         };
-        solve(through, &knots.points, &data, given, &space, options)?
+        solve(
+            through,
+            &knots.points,
+            &data,
+            given,
+            &space,
+            options,
+            interrupt,
+        )?
     };
     let report = solved.report;
     if !report.converged {
@@ -227,7 +246,8 @@ fn between(
     manifold: &Stiefel,
     data: [MatRef<'_, f64>; 2],
     t: Vec<f64>,
-    options: &SmoothingOptions<'_>,
+    options: &SmoothingOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<SmoothingSpline> {
     let Some(lambda) = options.lambda else {
         return Err(Error::Shape {
@@ -239,7 +259,7 @@ fn between(
     let [s0, s1] = data;
     let found = match options.quotient {
         Quotient::Frames => {
-            let found = manifold.log_with_report(s0, s1, options.interrupt);
+            let found = manifold.log_with_report(s0, s1, interrupt);
             found.map(|(velocity, log)| (velocity, (log.iterations, log.residual)))
         }
         Quotient::Subspaces => Grassmann::new(manifold.n(), manifold.k())?
@@ -250,11 +270,10 @@ fn between(
     let zero = Mat::zeros(s0.nrows(), s0.ncols());
     let integration = IntegrationOptions {
         quotient: options.quotient,
-        interrupt: options.interrupt,
         ..IntegrationOptions::default()
     };
     let [v, zero] = [&velocity, &zero].map(|vector| vector.as_ref());
-    let piece = RiemannianCubic::from_initial(s0, v, zero, zero, &integration)?;
+    let piece = RiemannianCubic::from_initial(s0, v, zero, zero, &integration, interrupt)?;
     Ok(SmoothingSpline {
         curve: Piecewise::new(t, vec![piece]),
         lambda,
@@ -275,7 +294,8 @@ fn interpolated(
     data: &[MatRef<'_, f64>],
     grouped: &Grouped,
     points: &[MatRef<'_, f64>],
-    options: &SmoothingOptions<'_>,
+    options: &SmoothingOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<SmoothingSpline> {
     if grouped.t.len() < data.len() && dim(manifold, options.quotient) > 0 {
         return Err(Error::InvalidArgument {
@@ -285,7 +305,7 @@ fn interpolated(
         });
     }
     let natural = EndConditions::Natural;
-    let (curve, report) = cubic_spline(&grouped.t, points, &natural, &options.spline())?;
+    let (curve, report) = cubic_spline(&grouped.t, points, &natural, &options.spline(), interrupt)?;
     Ok(SmoothingSpline {
         curve,
         lambda: options.lambda.unwrap_or(0.0),

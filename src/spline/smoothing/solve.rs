@@ -79,7 +79,8 @@ struct Attempts<'a, F> {
     flat: FlatSmoothing,
     work: &'a Work,
     space: &'a SpannedSpace,
-    options: &'a SmoothingOptions<'a>,
+    options: &'a SmoothingOptions,
+    interrupt: Interrupt<'a>,
 }
 
 impl<F> Attempts<'_, F> {
@@ -108,10 +109,10 @@ impl<F> Attempts<'_, F> {
         &self,
         mut equations: SmoothingEquations<'_, C>,
     ) -> Result<SolvedSmoothing> {
+        let interrupt = self.interrupt;
         let SmoothingOptions {
             tolerance,
             max_iterations,
-            interrupt,
             ..
         } = *self.options;
         let report = equations.solve(tolerance, max_iterations)?;
@@ -121,7 +122,8 @@ impl<F> Attempts<'_, F> {
             found = pieces(chain.lengths().len(), self.space, |leg| {
                 chain.integrated(leg, motion, interrupt)
             })?;
-            objective = equations.misfit() + self.flat.lambda() * cost(&found, chain.lengths())?;
+            objective =
+                equations.misfit() + self.flat.lambda() * cost(&found, chain.lengths(), interrupt)?;
         }
         Ok(SolvedSmoothing {
             pieces: found,
@@ -145,7 +147,8 @@ pub(super) fn solve<C: Interpolated>(
     data: &SmoothingData,
     lambda: Option<f64>,
     space: &SpannedSpace,
-    options: &SmoothingOptions<'_>,
+    options: &SmoothingOptions,
+    interrupt: Interrupt<'_>,
 ) -> Result<SolvedSmoothing> {
     let (chain, seem) = (through(points)?, appearance(options.quotient, points));
     let trial = work_of_residual(&chain);
@@ -163,8 +166,9 @@ pub(super) fn solve<C: Interpolated>(
         work: &work,
         space,
         options,
+        interrupt,
     };
-    let straight = Straight::nearest(chain.lengths(), data, options.quotient, options.interrupt)?;
+    let straight = Straight::nearest(chain.lengths(), data, options.quotient, interrupt)?;
     let bound = straight.as_ref().map_or(f64::INFINITY, |one| one.misfit);
     let first = attempts.at_points(points);
     let is_minimal = |bound: f64| first.as_ref().is_ok_and(|one| one.is_minimal(bound));
@@ -175,7 +179,7 @@ pub(super) fn solve<C: Interpolated>(
         return first.map(|first| first.judged(bound));
     }
     work.allow(FURTHER_STARTS);
-    let effort = Effort::new(&options.spline(), &work);
+    let effort = Effort::new(&options.spline(), &work, interrupt);
     let has_work = first
         .as_ref()
         .map_or(true, |one| one.report.reason != StopReason::WorkLimit);
@@ -212,12 +216,15 @@ pub(super) fn solve<C: Interpolated>(
 }
 
 /// The cost of pieces on `[0, 1]` that take the given durations.
-fn cost(pieces: &[RiemannianCubic], lengths: &[f64]) -> Result<f64> {
+///
+/// # Errors
+/// `Interrupted`, and the errors of [`Curve::cost`].
+fn cost(pieces: &[RiemannianCubic], lengths: &[f64], interrupt: Interrupt<'_>) -> Result<f64> {
     let each = threads::map(
         pieces.len(),
         COST,
         || (),
-        |(), leg| Ok(pieces[leg].cost(Interrupt::NEVER)? * lengths[leg].powi(-3)),
+        |(), leg| Ok(pieces[leg].cost(interrupt)? * lengths[leg].powi(-3)),
     )?;
     Ok(each.iter().sum())
 }

@@ -6,6 +6,7 @@ use super::subspace_problem::{SubspaceData, SubspaceProblem, check};
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
 
 impl RiemannianCubic {
     /// The Riemannian cubic on the Grassmann manifold from the span of `y0` to the span of `y1`, with given velocities,
@@ -38,7 +39,8 @@ impl RiemannianCubic {
     /// let (y0, rest) = (mat![[1.0], [0.0]], mat![[0.0], [0.0]]);
     /// let y1 = mat![[-1.0_f64.cos()], [-1.0_f64.sin()]];
     /// let [y0, y1, rest] = [&y0, &y1, &rest].map(|a| a.as_ref());
-    /// let curve = RiemannianCubic::between_subspaces(y0, rest, y1, rest, &BoundaryOptions::default())?;
+    /// let curve =
+    ///     RiemannianCubic::between_subspaces(y0, rest, y1, rest, &BoundaryOptions::default(), Interrupt::NEVER)?;
     /// assert!((curve.point(1.0)? + y1).norm_l2() < 1e-12);
     /// assert!((curve.cost(Interrupt::NEVER)? - 12.0).abs() < 1e-10);
     /// # Ok::<(), stiefel_rs::Error>(())
@@ -49,20 +51,21 @@ impl RiemannianCubic {
         y1: MatRef<'_, f64>,
         v1: MatRef<'_, f64>,
         options: &BoundaryOptions<'_>,
+        interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         options.check()?;
         let data = [y0, v0, y1, v1];
         let Some(guess) = options.guess else {
             if y0.ncols() == 1 {
-                return between_lines(data, options);
+                return between_lines(data, options, interrupt);
             }
-            let problem = SubspaceProblem::new(data, options)?;
+            let problem = SubspaceProblem::new(data, options, interrupt)?;
             return problem.curve(&problem.solve()?);
         };
-        let problem = match SubspaceProblem::new(data, options) {
+        let problem = match SubspaceProblem::new(data, options, interrupt) {
             // Between these lines no geodesic is the unique shortest one, but on the sphere it exists.
             Err(Error::RightAngle { .. }) if y0.ncols() == 1 => {
-                return between_lines(data, options);
+                return between_lines(data, options, interrupt);
             }
             problem => problem?,
         };
@@ -71,18 +74,18 @@ impl RiemannianCubic {
 }
 
 /// The cheaper of the cubics on the sphere to a unit vector of the last line and to its negative.
-fn between_lines(data: SubspaceData<'_>, options: &BoundaryOptions<'_>) -> Result<RiemannianCubic> {
+fn between_lines(
+    data: SubspaceData<'_>,
+    options: &BoundaryOptions<'_>,
+    interrupt: Interrupt<'_>,
+) -> Result<RiemannianCubic> {
     check(data)?;
     let [y0, v0, y1, v1] = data;
     let opposite = [y1, v1].map(|x| -x);
     let [there, back] = [[y1, v1], opposite.each_ref().map(|x| x.as_ref())]
-        .map(|[y1, v1]| RiemannianCubic::between_frames([y0, v0, y1, v1], options));
+        .map(|[y1, v1]| RiemannianCubic::between_frames([y0, v0, y1, v1], options, interrupt));
     let cheapest = match (there, back) {
-        (Ok(there), Ok(back))
-            if back.cost(options.interrupt)? < there.cost(options.interrupt)? =>
-        {
-            back
-        }
+        (Ok(there), Ok(back)) if back.cost(interrupt)? < there.cost(interrupt)? => back,
         (Ok(there), _) => there,
         (Err(error), _) if error.is_interrupted() => return Err(error),
         (Err(error), back) => back.map_err(|_| error)?,

@@ -8,6 +8,7 @@ use crate::cubic::taylor::work::Work;
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::span::Span;
 use crate::error::{Error, Result, unless_interrupted};
+use crate::interrupt::Interrupt;
 use crate::manifold::Grassmann;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::report::{SolverReport, StopReason, Strategy};
@@ -50,13 +51,18 @@ pub(crate) struct SubspaceProblem<'a> {
     knots: ReducedKnots,
     pub(crate) chain: Framed<'a>,
     pub(crate) ends: Ends,
-    pub(crate) options: SplineOptions<'a>,
+    pub(crate) options: SplineOptions,
+    pub(crate) interrupt: Interrupt<'a>,
 }
 
 impl<'a> SubspaceProblem<'a> {
     /// # Errors
     /// The errors of [`check`]; `RightAngle`, `Decomposition`.
-    pub(crate) fn new(data: SubspaceData<'a>, options: &BoundaryOptions<'a>) -> Result<Self> {
+    pub(crate) fn new(
+        data: SubspaceData<'a>,
+        options: &BoundaryOptions<'_>,
+        interrupt: Interrupt<'a>,
+    ) -> Result<Self> {
         check(data)?;
         options.field.check(data)?;
         let kind = Kind {
@@ -74,7 +80,7 @@ impl<'a> SubspaceProblem<'a> {
         };
         let ends = Ends::Open([velocity(0), velocity(1)]);
         let (columns, lengths) = (y0.ncols(), vec![1.0]);
-        let chain = Framed::new(kind, frames.into(), columns, lengths, options.interrupt);
+        let chain = Framed::new(kind, frames.into(), columns, lengths, interrupt);
         let defaults = BoundaryOptions::default().max_iterations;
         Ok(SubspaceProblem {
             y0: data[0],
@@ -82,13 +88,13 @@ impl<'a> SubspaceProblem<'a> {
             knots,
             chain: chain.map_err(of_leg)?.in_tension(options.tension),
             ends,
+            interrupt,
             options: SplineOptions {
                 tolerance: options.tolerance,
                 max_iterations: (options.max_iterations * MAX_ITERATIONS).div_ceil(defaults),
                 tension: options.tension,
                 quotient: kind.quotient,
                 field: kind.field,
-                interrupt: options.interrupt,
             },
         })
     }
@@ -107,7 +113,7 @@ impl<'a> SubspaceProblem<'a> {
             let report = SolverReport::new(StopReason::Converged, 0, 0.0, 0.0);
             return Ok(ChainSolution::none(report.found_by(Strategy::Direct)));
         }
-        solve::in_frames(&self.chain, &self.ends, &self.options)
+        solve::in_frames(&self.chain, &self.ends, &self.options, self.interrupt)
     }
 
     /// The solution that Newton's method finds from given covariant acceleration and jerk at the first basis, shape
@@ -122,7 +128,7 @@ impl<'a> SubspaceProblem<'a> {
         }
         let start = self.motion_with(&derivatives);
         let work = self.work();
-        let effort = Effort::new(&self.options, &work);
+        let effort = Effort::new(&self.options, &work, self.interrupt);
         let found = self
             .chain
             .solve(&self.ends, ChainStart::Near(start), effort);
@@ -184,7 +190,7 @@ impl<'a> SubspaceProblem<'a> {
             k: self.y0.ncols(),
             basis: self.span.basis().map(|basis| Arc::new(basis.to_owned())),
         };
-        let piece = |leg: usize| piece(&self.chain, leg, solution, self.options.interrupt);
+        let piece = |leg: usize| piece(&self.chain, leg, solution, self.interrupt);
         let pieces = pieces(1, &space, piece)?;
         let mut pieces = joined(Quotient::Subspaces, self.knots.first_turn(), pieces, None)?;
         Ok(pieces.remove(0).with_report(report))

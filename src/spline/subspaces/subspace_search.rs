@@ -46,7 +46,8 @@ impl RiemannianCubic {
     /// // From rest to rest between two lines of the plane, by the angle 1 or by pi - 1 the other way.
     /// let (y0, y1, rest) = (mat![[1.0], [0.0]], mat![[1.0_f64.cos()], [1.0_f64.sin()]], mat![[0.0], [0.0]]);
     /// let [y0, y1, rest] = [&y0, &y1, &rest].map(|a| a.as_ref());
-    /// let found = RiemannianCubic::all_between_subspaces(y0, rest, y1, rest, &SearchOptions::default())?;
+    /// let found =
+    ///     RiemannianCubic::all_between_subspaces(y0, rest, y1, rest, &SearchOptions::default(), Interrupt::NEVER)?;
     /// assert!((found[0].cost(Interrupt::NEVER)? - 12.0).abs() < 1e-9);
     /// assert!((found[1].cost(Interrupt::NEVER)? - 12.0 * (std::f64::consts::PI - 1.0).powi(2)).abs() < 1e-8);
     /// # Ok::<(), stiefel_rs::Error>(())
@@ -57,13 +58,14 @@ impl RiemannianCubic {
         y1: MatRef<'_, f64>,
         v1: MatRef<'_, f64>,
         options: &SearchOptions<'_>,
+        interrupt: Interrupt<'_>,
     ) -> Result<Vec<Self>> {
         options.check()?;
         let data = [y0, v0, y1, v1];
         if y0.ncols() == 1 {
-            return all_between_lines(data, options);
+            return all_between_lines(data, options, interrupt);
         }
-        let problem = SubspaceProblem::new(data, &options.boundary)?;
+        let problem = SubspaceProblem::new(data, &options.boundary, interrupt)?;
         if problem.is_at_rest() {
             return Ok(vec![problem.curve(&problem.solve()?)?]);
         }
@@ -76,15 +78,15 @@ impl RiemannianCubic {
             .solutions
             .iter()
             .map(|(_, found)| problem.curve(found));
-        ranked(curves.collect::<Result<_>>()?)
+        ranked(curves.collect::<Result<_>>()?, interrupt)
     }
 }
 
 /// Sorts by cost, cheapest first.
-fn ranked(curves: Vec<RiemannianCubic>) -> Result<Vec<RiemannianCubic>> {
+fn ranked(curves: Vec<RiemannianCubic>, interrupt: Interrupt<'_>) -> Result<Vec<RiemannianCubic>> {
     let mut ranked = Vec::new();
     for curve in curves {
-        ranked.push((curve.cost(Interrupt::NEVER)?, curve));
+        ranked.push((curve.cost(interrupt)?, curve));
     }
     ranked.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     Ok(ranked.into_iter().map(|(_, curve)| curve).collect())
@@ -94,13 +96,14 @@ fn ranked(curves: Vec<RiemannianCubic>) -> Result<Vec<RiemannianCubic>> {
 fn all_between_lines(
     data: SubspaceData<'_>,
     options: &SearchOptions<'_>,
+    interrupt: Interrupt<'_>,
 ) -> Result<Vec<RiemannianCubic>> {
     check(data)?;
     let [y0, v0, y1, v1] = data;
     let opposite = [y1, v1].map(|x| -x);
     let (mut curves, mut lost) = (Vec::new(), None);
     for [y1, v1] in [[y1, v1], opposite.each_ref().map(|x| x.as_ref())] {
-        match RiemannianCubic::all_between_frames([y0, v0, y1, v1], options) {
+        match RiemannianCubic::all_between_frames([y0, v0, y1, v1], options, interrupt) {
             Ok(found) => curves.extend(found),
             Err(error) if error.is_interrupted() => return Err(error),
             Err(error) => lost = Some(error),
@@ -108,7 +111,10 @@ fn all_between_lines(
     }
     match (curves.is_empty(), lost) {
         (true, Some(error)) => Err(error),
-        _ => ranked(curves.iter().map(RiemannianCubic::of_lines).collect()),
+        _ => ranked(
+            curves.iter().map(RiemannianCubic::of_lines).collect(),
+            interrupt,
+        ),
     }
 }
 
@@ -119,7 +125,7 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
     let (chain, ends) = (&problem.chain, &problem.ends);
     let work = problem.work();
     work.allow(SEARCH_WORK);
-    let effort = Effort::new(&problem.options, &work);
+    let effort = Effort::new(&problem.options, &work, problem.interrupt);
     let mut found = DistinctSolutions::new(options.distinct);
     let mut try_start = |start: ChainStart, strategy: Strategy| -> Result<()> {
         if let Some(solution) = solved(chain, ends, start, effort)? {
