@@ -8,14 +8,15 @@ use crate::spline::options::{MAX_ITERATIONS, SplineOptions};
 /// # Examples
 /// ```
 /// use faer::mat;
+/// use stiefel_rs::Interrupt;
 /// use stiefel_rs::spline::{SmoothingOptions, smoothing_spline};
 /// let points = [0.0_f64, 0.5, 0.3, 0.9].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let (t, views) = ([0.0, 1.0, 2.0, 3.0], points.each_ref().map(|point| point.as_ref()));
 /// let with = |lambda| SmoothingOptions { lambda: Some(lambda), ..Default::default() };
 /// // Nothing but the data counts: the spline through them.
-/// assert!(smoothing_spline(&t, &views, None, &with(0.0))?.misfit < 1e-20);
+/// assert!(smoothing_spline(&t, &views, None, &with(0.0), Interrupt::NEVER)?.misfit < 1e-20);
 /// // Nothing but the cost counts: the line of regression of the angle, here 0.25 t + 0.05.
-/// let line = smoothing_spline(&t, &views, None, &with(1e6))?;
+/// let line = smoothing_spline(&t, &views, None, &with(1e6), Interrupt::NEVER)?;
 /// assert!((line.misfit - 0.115).abs() < 1e-6);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```

@@ -51,8 +51,8 @@ const SOLVER: &str = "smoothing spline";
 /// let points = [0.0_f64, 0.5, 0.3, 0.9].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let (t, views) = ([0.0, 1.0, 2.0, 3.0], points.each_ref().map(|point| point.as_ref()));
 /// let with = |lambda| SmoothingOptions { lambda: Some(lambda), ..Default::default() };
-/// let close = smoothing_spline(&t, &views, None, &with(0.01))?;
-/// let smooth = smoothing_spline(&t, &views, None, &with(1.0))?;
+/// let close = smoothing_spline(&t, &views, None, &with(0.01), Interrupt::NEVER)?;
+/// let smooth = smoothing_spline(&t, &views, None, &with(1.0), Interrupt::NEVER)?;
 /// assert!(close.misfit < smooth.misfit && smooth.curve.cost(Interrupt::NEVER)? < close.curve.cost(Interrupt::NEVER)?);
 /// assert!(2.0 < smooth.degrees_of_freedom && smooth.degrees_of_freedom < close.degrees_of_freedom);
 /// # Ok::<(), stiefel_rs::Error>(())

@@ -86,8 +86,8 @@ fn between_lines(
         .map(|[y1, v1]| RiemannianCubic::between_frames([y0, v0, y1, v1], options, interrupt));
     let cheapest = match (there, back) {
         (Ok(there), Ok(back)) if back.cost(interrupt)? < there.cost(interrupt)? => back,
+        (Err(error), _) | (_, Err(error)) if error.is_interrupted() => return Err(error),
         (Ok(there), _) => there,
-        (Err(error), _) if error.is_interrupted() => return Err(error),
         (Err(error), back) => back.map_err(|_| error)?,
     };
     Ok(cheapest.of_lines())
