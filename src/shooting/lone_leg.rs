@@ -25,10 +25,6 @@ const KEEP: f64 = 1e-2;
 /// nodes today, take 1.3 times as long, with the same number of steps.
 const TERMS: usize = 8;
 
-/// Number of last steps that only lanes within the tolerance take: one that is not would send its whole group to be
-/// solved one by one, since no series reaches its last terms with the orders of rough residuals.
-const LAST_STEPS: usize = 2;
-
 /// Number of steps that Broyden's method stores.
 const MOST_UPDATES: usize = 8;
 
@@ -150,9 +146,7 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
                 if is_lost[lane] {
                     continue;
                 }
-                let is_late = T::COUNT > 1 && step + LAST_STEPS == steps;
-                let most = if is_late { tolerance } else { HOPELESS };
-                if residuals[lane] > most || residuals[lane].is_nan() {
+                if residuals[lane] > HOPELESS || residuals[lane].is_nan() {
                     is_lost[lane] = true;
                 } else if residuals[lane] > tolerance || leg.residual.tail.lane(lane) > FINEST {
                     left = left.max(residuals[lane]).max(f64::MIN_POSITIVE);

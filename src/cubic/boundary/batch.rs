@@ -142,11 +142,9 @@ fn solve_task(
 
 /// Problems in order of their speed: a group of eight takes as many steps and terms as the hardest of them. In the
 /// given order, problems with distance and speeds up to 2 on St(3,1) take 1.08 times as long.
-fn alike(easy: Vec<(usize, EndData)>) -> Vec<(usize, EndData)> {
-    let with_speed = |problem: (usize, EndData)| (problem.1.speed(), problem);
-    let mut easy: Vec<_> = easy.into_iter().map(with_speed).collect();
-    easy.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    easy.into_iter().map(|(_, problem)| problem).collect()
+fn alike(mut easy: Vec<(usize, EndData)>) -> Vec<(usize, EndData)> {
+    easy.sort_by(|(_, a), (_, b)| a.speed().total_cmp(&b.speed()));
+    easy
 }
 
 /// Solves easy problems in groups, each by a single series.
