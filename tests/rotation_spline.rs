@@ -55,6 +55,10 @@ fn spline(t: &[f64], q: &[UnitQuaternion<f64>], ends: &RotationEnds) -> Rotation
     RotationSpline::new(t, q, ends, &SplineOptions::default(), Interrupt::NEVER).unwrap()
 }
 
+fn poses_spline(t: &[f64], poses: &[Isometry3<f64>], ends: &PoseEnds) -> Result<PoseSpline, Error> {
+    PoseSpline::new(t, poses, ends, &SplineOptions::default(), Interrupt::NEVER)
+}
+
 fn between(t: &[f64], count: usize) -> impl Iterator<Item = f64> {
     let (first, last) = (t[0], t[t.len() - 1]);
     (0..count).map(move |i| first + (last - first) * i as f64 / (count - 1) as f64)
@@ -233,14 +237,7 @@ fn about_one_axis_it_is_the_spline_of_the_angle() {
         ),
     ] {
         let spline = spline(&t, &q, &ends);
-        let pose = PoseSpline::new(
-            &t,
-            &poses,
-            &pose_ends,
-            &SplineOptions::default(),
-            Interrupt::NEVER,
-        )
-        .unwrap();
+        let pose = poses_spline(&t, &poses, &pose_ends).unwrap();
         for time in between(&t, 61) {
             let flat = pose.position(time).unwrap().x;
             let error = spline.rotation(time).unwrap().angle_to(&turn(axis * flat));
@@ -331,7 +328,7 @@ fn half_turns_are_refused_with_the_pair_and_the_angle() {
         &[0.0, 1.0, 2.0],
         &q,
         &RotationEnds::Natural,
-        &SplineOptions::default(),
+        &Default::default(),
         Interrupt::NEVER,
     )
     .unwrap_err();
@@ -376,14 +373,7 @@ fn hermite_curves_have_the_given_rates_and_smoothing_nears_the_data() {
 fn poses_have_the_twist_of_their_matrices() {
     let (t, q) = walk(6, 1.1, 34);
     let poses = at_random_positions(&q, 4);
-    let spline = PoseSpline::new(
-        &t,
-        &poses,
-        &PoseEnds::Natural,
-        &SplineOptions::default(),
-        Interrupt::NEVER,
-    )
-    .unwrap();
+    let spline = poses_spline(&t, &poses, &PoseEnds::Natural).unwrap();
     for (time, pose) in t.iter().zip(&poses) {
         let found = spline.pose(*time).unwrap();
         assert!((found.translation.vector - pose.translation.vector).norm() < 1e-14);
@@ -425,14 +415,7 @@ fn linear_jerk_is_the_difference_quotient_of_accelerations() {
     let (t, q) = walk(7, 1.1, 55);
     let poses = at_random_positions(&q, 6);
     for ends in [PoseEnds::Natural, PoseEnds::Each([at_rest(); 2])] {
-        let spline = PoseSpline::new(
-            &t,
-            &poses,
-            &ends,
-            &SplineOptions::default(),
-            Interrupt::NEVER,
-        )
-        .unwrap();
+        let spline = poses_spline(&t, &poses, &ends).unwrap();
         for (leg, knots) in t.windows(2).enumerate() {
             // The acceleration is linear on a piece: a difference is exact for any step, except for round-off.
             let h = (knots[1] - knots[0]) / 4.0;
@@ -458,14 +441,7 @@ fn closed_poses_close() {
     let poses = [0.0, 1.0, 0.5, -0.4, 0.0]
         .map(|x: f64| Isometry3::new(Vector3::new(x, x * x, 2.0), Vector3::new(0.2, x, 0.5 * x)));
     let t = [0.0, 1.0, 2.5, 3.0, 4.5];
-    let closed = PoseSpline::new(
-        &t,
-        &poses,
-        &PoseEnds::Periodic,
-        &SplineOptions::default(),
-        Interrupt::NEVER,
-    )
-    .unwrap();
+    let closed = poses_spline(&t, &poses, &PoseEnds::Periodic).unwrap();
     let [first, last] = [0.0, 4.5].map(|t| closed.linear_acceleration(t).unwrap());
     assert!((first - last).norm() < 1e-12);
     let [first, last] = [0.0, 4.5].map(|t| {
@@ -475,26 +451,14 @@ fn closed_poses_close() {
     assert!((first - last).norm() < 1e-10);
     let mut open = poses;
     open[4].translation.vector.x += 0.1;
-    let error = PoseSpline::new(
-        &t,
-        &open,
-        &PoseEnds::Periodic,
-        &SplineOptions::default(),
-        Interrupt::NEVER,
-    );
+    let error = poses_spline(&t, &open, &PoseEnds::Periodic);
     assert!(matches!(error, Err(Error::AtKnot { knot: 4, .. })));
     // Far outside, the last cubic exceeds the range of floating-point numbers.
     let error = closed.position(1e150);
     assert!(matches!(error, Err(Error::Overflow { .. })));
     assert!(closed.position(1e90).is_ok());
     open[2].translation.vector.y = f64::NAN;
-    let error = PoseSpline::new(
-        &t,
-        &open,
-        &PoseEnds::Natural,
-        &SplineOptions::default(),
-        Interrupt::NEVER,
-    );
+    let error = poses_spline(&t, &open, &PoseEnds::Natural);
     assert!(matches!(error, Err(Error::AtKnot { knot: 2, .. })));
 }
 
