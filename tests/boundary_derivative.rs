@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::{Rng, assert_within, distance, frobenius, gaussian, identity, random_tangent};
+use common::{
+    Rng, assert_within, cubic_from, distance, frobenius, gaussian, identity, random_tangent,
+};
 use faer::{Mat, MatRef, Scale, mat};
 use stiefel_rs::cubic::{BoundaryVariation, InitialVariation, IntegrationOptions};
 use stiefel_rs::{Curve, Error, Interrupt, Result, RiemannianCubic};
@@ -26,15 +28,7 @@ fn random_cubic((n, k): (usize, usize), speed: f64) -> RiemannianCubic {
     let s = common::random_point(n, k, &mut rng);
     let [v, a, j] = [speed; 3].map(|size| random_tangent(&s, size, &mut rng));
     let options = IntegrationOptions::default();
-    RiemannianCubic::from_initial(
-        s.as_ref(),
-        v.as_ref(),
-        a.as_ref(),
-        j.as_ref(),
-        &options,
-        Interrupt::NEVER,
-    )
-    .unwrap()
+    cubic_from([&s, &v, &a, &j], &options)
 }
 
 /// Derivative of the initial data with respect to `S0, V0, S1, V1`.
@@ -127,15 +121,7 @@ fn nearly_antipodal(gap: f64) -> (RiemannianCubic, [Mat<f64>; 4]) {
     let (start, aside) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [0.0], [1.0]]);
     let angle = std::f64::consts::PI - gap;
     let [a, j] = [6.0, -12.0].map(|factor| mat![[0.0], [factor * angle], [0.0]]);
-    let curve = RiemannianCubic::from_initial(
-        start.as_ref(),
-        rest.as_ref(),
-        a.as_ref(),
-        j.as_ref(),
-        &IntegrationOptions::default(),
-        Interrupt::NEVER,
-    )
-    .unwrap();
+    let curve = cubic_from([&start, &rest, &a, &j], &IntegrationOptions::default());
     (curve, [rest.clone(), rest.clone(), aside, rest])
 }
 

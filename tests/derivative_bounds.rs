@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Boundary, Rng, assert_within, random_point, random_tangent};
+use common::{Boundary, Rng, assert_within, cubic_from, random_point, random_tangent};
 use faer::{Mat, MatRef, Scale, mat};
 use stiefel_rs::cubic::IntegrationOptions;
 use stiefel_rs::curve::{DerivativeBounds, Guarantee};
@@ -60,15 +60,7 @@ fn cubic(shape: (usize, usize), sizes: [f64; 3], t_end: f64, seed: u64) -> Riema
         t_end,
         ..IntegrationOptions::default()
     };
-    RiemannianCubic::from_initial(
-        s.as_ref(),
-        v.as_ref(),
-        a.as_ref(),
-        j.as_ref(),
-        &options,
-        Interrupt::NEVER,
-    )
-    .unwrap()
+    cubic_from([&s, &v, &a, &j], &options)
 }
 
 #[test]

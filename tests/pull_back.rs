@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Rng, assert_within, distance, frobenius, gaussian, random_tangent};
+use common::{Rng, assert_within, cubic_from, distance, frobenius, gaussian, random_tangent};
 use faer::{Mat, MatRef, Scale};
 use stiefel_rs::cubic::{BoundaryVariation, InitialVariation, IntegrationOptions};
 use stiefel_rs::{Curve, Error, Interrupt, RiemannianCubic, Stiefel};
@@ -33,15 +33,7 @@ fn random_cubic((n, k): (usize, usize), tension: f64) -> RiemannianCubic {
         tension,
         ..IntegrationOptions::default()
     };
-    RiemannianCubic::from_initial(
-        s.as_ref(),
-        v.as_ref(),
-        a.as_ref(),
-        j.as_ref(),
-        &options,
-        Interrupt::NEVER,
-    )
-    .unwrap()
+    cubic_from([&s, &v, &a, &j], &options)
 }
 
 fn dot(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {

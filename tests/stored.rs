@@ -78,6 +78,12 @@ fn walk((n, k): (usize, usize), count: usize) -> (Vec<f64>, Vec<Mat<f64>>) {
     (t, points)
 }
 
+fn natural(t: &[f64], points: &[Mat<f64>]) -> Piecewise<RiemannianCubic> {
+    let (ends, options) = (EndConditions::Natural, SplineOptions::default());
+    let found = cubic_spline(t, &views(points), &ends, &options, Interrupt::NEVER);
+    found.unwrap().0
+}
+
 fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
     points.iter().map(Mat::as_ref).collect()
 }
@@ -163,15 +169,7 @@ fn de_casteljau_curves_of_subspaces_come_back_to_the_last_bit() {
 fn splines_come_back_to_the_last_bit() {
     for shape in SHAPES {
         let (t, points) = walk(shape, 5);
-        let options = SplineOptions::default();
-        let (spline, _) = cubic_spline(
-            &t,
-            &views(&points),
-            &EndConditions::Natural,
-            &options,
-            Interrupt::NEVER,
-        )
-        .unwrap();
+        let spline = natural(&t, &points);
         assert_same(&through_json(&spline), &spline, 0.0);
         let longer = spline.with_outside(Outside::Continued);
         assert_same(&through_json(&longer), &longer, 0.1);
@@ -197,15 +195,7 @@ fn splines_come_back_to_the_last_bit() {
 fn a_basis_that_pieces_share_is_stored_once() {
     let (n, k, count) = (60, 1, 6);
     let (t, points) = walk((n, k), count);
-    let options = SplineOptions::default();
-    let (spline, _) = cubic_spline(
-        &t,
-        &views(&points),
-        &EndConditions::Natural,
-        &options,
-        Interrupt::NEVER,
-    )
-    .unwrap();
+    let spline = natural(&t, &points);
     let stored = serde_json::to_value(&spline).unwrap();
     let frames = stored["arrays"]["frames"]["entries"].as_array().unwrap();
     // Pieces in the span of all points share a basis with that many columns; other bases have at most four columns
@@ -369,15 +359,7 @@ fn tampered_curves_are_refused() {
     let options = BoundaryOptions::default();
     tamper(&RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER).unwrap());
     let (t, points) = walk((3, 2), 4);
-    let options = SplineOptions::default();
-    let (spline, _) = cubic_spline(
-        &t,
-        &views(&points),
-        &EndConditions::Natural,
-        &options,
-        Interrupt::NEVER,
-    )
-    .unwrap();
+    let spline = natural(&t, &points);
     tamper(&spline);
     let still: Vec<Mat<f64>> = points.iter().map(|point| point * Scale(0.0)).collect();
     let quick: Piecewise<GeometricCubic> =

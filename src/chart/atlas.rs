@@ -238,7 +238,7 @@ impl<const X: usize, const Z: usize> Change<X, Z> {
 /// # Accuracy
 /// As `integrate_composed`; a change of chart adds round-off.
 /// # Errors
-/// `NonFinite`, `InvalidArgument`; `OutsideChart`, `NoConvergence` if a step is too long for a chart.
+/// `NonFinite`, `InvalidArgument`; `OutsideChart`, `NoConvergence` if a step is too long for a chart; `Interrupted`.
 pub fn integrate_across<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     map: &impl DiscretizationMap<X>,

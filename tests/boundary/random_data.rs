@@ -2,11 +2,11 @@
 
 use faer::Mat;
 use stiefel_rs::cubic::IntegrationOptions;
-use stiefel_rs::{Curve, Error, Interrupt, RiemannianCubic, Strategy};
+use stiefel_rs::{Curve, Error, Interrupt, Strategy};
 
 use crate::common::{
-    Rng, assert_close, assert_within, distance, frobenius, random_orthogonal, random_point,
-    random_tangent,
+    Rng, assert_close, assert_within, cubic_from, distance, frobenius, random_orthogonal,
+    random_point, random_tangent,
 };
 use crate::data::{Data, END};
 
@@ -188,15 +188,7 @@ fn the_equation_is_satisfied() {
         let state = |t: f64| {
             let (s, v) = (curve.point(t).unwrap(), curve.derivative(t, 1).unwrap());
             let (a, j) = (curve.acceleration(t).unwrap(), curve.jerk(t).unwrap());
-            RiemannianCubic::from_initial(
-                s.as_ref(),
-                v.as_ref(),
-                a.as_ref(),
-                j.as_ref(),
-                &options,
-                Interrupt::NEVER,
-            )
-            .unwrap()
+            cubic_from([&s, &v, &a, &j], &options)
         };
         let size = 1.0 + frobenius(curve.momentum().unwrap().as_ref());
         for t in [0.3, 0.8] {

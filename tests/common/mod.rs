@@ -423,10 +423,15 @@ pub fn integrated_from_start(curve: &RiemannianCubic) -> RiemannianCubic {
         curve.jerk(0.0),
     ];
     let state = state.map(|x| x.unwrap());
-    let [s, v, a, j] = state.each_ref().map(|x| x.as_ref());
     let options = IntegrationOptions {
         tension: curve.tension(),
         ..Default::default()
     };
-    RiemannianCubic::from_initial(s, v, a, j, &options, Interrupt::NEVER).unwrap()
+    cubic_from(state.each_ref(), &options)
+}
+
+/// The cubic with the given point, velocity, covariant acceleration and covariant jerk at time 0.
+pub fn cubic_from(state: [&Mat<f64>; 4], options: &IntegrationOptions) -> RiemannianCubic {
+    let [s, v, a, j] = state.map(|x| x.as_ref());
+    RiemannianCubic::from_initial(s, v, a, j, options, Interrupt::NEVER).unwrap()
 }

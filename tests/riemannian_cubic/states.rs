@@ -2,9 +2,9 @@
 
 use faer::Mat;
 use stiefel_rs::cubic::IntegrationOptions;
-use stiefel_rs::{Curve, Interrupt, RiemannianCubic};
+use stiefel_rs::{Curve, RiemannianCubic};
 
-use crate::common::{Rng, distance, frobenius, random_point, random_tangent};
+use crate::common::{Rng, cubic_from, distance, frobenius, random_point, random_tangent};
 
 /// One entry of the 40-digit data: names, sizes, and `(S, V, A, J)` at 0, 0.5 and 1.
 pub struct Reference {
@@ -40,16 +40,7 @@ pub fn references() -> Vec<Reference> {
 }
 
 pub fn from_state(state: &[Mat<f64>; 4], options: &IntegrationOptions) -> RiemannianCubic {
-    let [s, v, a, j] = state;
-    RiemannianCubic::from_initial(
-        s.as_ref(),
-        v.as_ref(),
-        a.as_ref(),
-        j.as_ref(),
-        options,
-        Interrupt::NEVER,
-    )
-    .unwrap()
+    cubic_from(state.each_ref(), options)
 }
 
 pub fn state_of(curve: &RiemannianCubic, t: f64) -> [Mat<f64>; 4] {

@@ -3,9 +3,11 @@
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions};
 use stiefel_rs::spline::{EndCondition, EndConditions, cubic_hermite, geometric_hermite};
-use stiefel_rs::{Curve, Interrupt, RiemannianCubic};
+use stiefel_rs::{Curve, Interrupt};
 
-use crate::common::{Rng, assert_within, distance, random_point, random_rotation, random_tangent};
+use crate::common::{
+    Rng, assert_within, cubic_from, distance, random_point, random_rotation, random_tangent,
+};
 use crate::knots::{views, walk};
 use crate::smoothness::{MET, SHAPES, SMOOTH, acceleration, jump, spline, velocity};
 
@@ -42,15 +44,7 @@ fn a_clamped_spline_through_a_cubic_is_that_cubic() {
             t_end: 2.0,
             ..IntegrationOptions::default()
         };
-        let cubic = RiemannianCubic::from_initial(
-            s.as_ref(),
-            v.as_ref(),
-            a.as_ref(),
-            j.as_ref(),
-            &options,
-            Interrupt::NEVER,
-        )
-        .unwrap();
+        let cubic = cubic_from([&s, &v, &a, &j], &options);
         let t = [0.0, 0.3, 0.7, 1.2, 1.4, 2.0];
         let points: Vec<Mat<f64>> = t.iter().map(|t| cubic.point(*t).unwrap()).collect();
         let end = |t: f64| EndCondition::Velocity(cubic.derivative(t, 1).unwrap());

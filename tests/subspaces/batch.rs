@@ -176,3 +176,29 @@ fn interrupts_end_everything() {
         );
     }
 }
+
+/// Between lines the problem is solved to a unit vector of the last line and to its negative: a stop in either half is
+/// not answered with the curve of the other.
+#[test]
+fn interrupts_end_both_halves_between_lines() {
+    let mut rng = Rng::new(75);
+    let problems = problems((4, 1), 1, &mut rng);
+    let [y0, v0, y1, v1] = views(&problems)[0];
+    let polls_until = |last: usize| {
+        let count = AtomicUsize::new(0);
+        let stop = || count.fetch_add(1, Ordering::Relaxed) >= last;
+        let options = BoundaryOptions::default();
+        let interrupt = Interrupt::new(&stop);
+        let found = RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options, interrupt);
+        (found.err(), count.into_inner())
+    };
+    let (error, all) = polls_until(usize::MAX);
+    assert!(error.is_none() && all >= 4, "{all} polls");
+    for last in 0..all {
+        let (error, _) = polls_until(last);
+        assert!(
+            matches!(error, Some(Error::Interrupted { .. })),
+            "poll {last} of {all}"
+        );
+    }
+}

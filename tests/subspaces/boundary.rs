@@ -4,7 +4,9 @@ use faer::{Mat, Scale};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic};
 use stiefel_rs::{Curve, Interrupt, Quotient};
 
-use crate::common::{Rng, assert_close, assert_within, gaussian, random_orthogonal, random_point};
+use crate::common::{
+    Rng, assert_close, assert_within, cubic_from, gaussian, random_orthogonal, random_point,
+};
 use crate::{SHAPES, horizontal, reflection, view};
 
 #[test]
@@ -22,15 +24,7 @@ fn the_cubic_with_the_ends_of_another_is_that_one() {
             quotient: Quotient::Subspaces,
             ..IntegrationOptions::default()
         };
-        let known = RiemannianCubic::from_initial(
-            view(&y),
-            view(&v),
-            view(&a),
-            view(&j),
-            &options,
-            Interrupt::NEVER,
-        )
-        .unwrap();
+        let known = cubic_from([&y, &v, &a, &j], &options);
         let q = random_orthogonal(k, &mut rng);
         let [y1, v1] = [known.point(1.0), known.derivative(1.0, 1)].map(|x| x.unwrap() * &q);
         let v1 = horizontal(view(&y1), view(&v1));

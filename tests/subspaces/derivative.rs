@@ -9,7 +9,7 @@ use stiefel_rs::spline::{
 };
 use stiefel_rs::{Curve, Interrupt, Quotient, skew_exp};
 
-use crate::common::{Rng, assert_close, assert_within, gaussian, random_point};
+use crate::common::{Rng, assert_close, assert_within, cubic_from, gaussian, random_point};
 use crate::{horizontal, view};
 
 const SHAPES: [(usize, usize); 5] = [(3, 1), (4, 2), (3, 2), (7, 3), (20, 2)];
@@ -75,15 +75,7 @@ fn by_initial_data() {
             };
             let of = |s: f64| {
                 let data = family(&y, &p, &[(&v, &dv), (&a, &da), (&j, &dj)], s);
-                RiemannianCubic::from_initial(
-                    view(&data[0]),
-                    view(&data[1]),
-                    view(&data[2]),
-                    view(&data[3]),
-                    &options,
-                    Interrupt::NEVER,
-                )
-                .unwrap()
+                cubic_from([&data[0], &data[1], &data[2], &data[3]], &options)
             };
             let (curve, times) = (of(0.0), [0.4, 1.0, 1.3]);
             let variation = InitialVariation {
@@ -132,15 +124,7 @@ fn by_boundary_data() {
             quotient: Quotient::Subspaces,
             ..IntegrationOptions::default()
         };
-        let known = RiemannianCubic::from_initial(
-            view(&y),
-            view(&v),
-            view(&a),
-            view(&j),
-            &options,
-            Interrupt::NEVER,
-        )
-        .unwrap();
+        let known = cubic_from([&y, &v, &a, &j], &options);
         let [y1, v1] = [known.point(1.0), known.derivative(1.0, 1)].map(|x| x.unwrap());
         let v1 = horizontal(view(&y1), view(&v1));
         let [p1, w1] = [0.6, 0.7].map(|size| vector(&y1, size, &mut rng));

@@ -4,7 +4,9 @@ use faer::{Mat, Scale};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic};
 use stiefel_rs::{Curve, Error, Interrupt, Quotient, Result};
 
-use crate::common::{Rng, assert_close, assert_within, gaussian, random_orthogonal, random_point};
+use crate::common::{
+    Rng, assert_close, assert_within, cubic_from, gaussian, random_orthogonal, random_point,
+};
 use crate::derivative::vector;
 use crate::{SHAPES, horizontal, view};
 
@@ -22,15 +24,7 @@ fn known(
         tension,
         ..IntegrationOptions::default()
     };
-    let curve = RiemannianCubic::from_initial(
-        view(&y),
-        view(&v),
-        view(&a),
-        view(&j),
-        &options,
-        Interrupt::NEVER,
-    )
-    .unwrap();
+    let curve = cubic_from([&y, &v, &a, &j], &options);
     let q = random_orthogonal(k, rng);
     let [y1, v1] = [curve.point(1.0), curve.derivative(1.0, 1)].map(|x| x.unwrap() * &q);
     let v1 = horizontal(view(&y1), view(&v1));

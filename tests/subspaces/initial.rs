@@ -7,8 +7,8 @@ use stiefel_rs::cubic::{
 use stiefel_rs::{Curve, Error, Interrupt, Quotient};
 
 use crate::common::{
-    Rng, assert_close, assert_within, distance, gaussian, orthonormality, random_orthogonal,
-    random_point,
+    Rng, assert_close, assert_within, cubic_from, distance, gaussian, orthonormality,
+    random_orthogonal, random_point,
 };
 use crate::{SHAPES, horizontal, reflected, reflection, view};
 
@@ -32,15 +32,7 @@ fn data((n, k): (usize, usize), rng: &mut Rng) -> [Mat<f64>; 4] {
 }
 
 fn cubic([y, v, a, j]: &[Mat<f64>; 4], options: &IntegrationOptions) -> RiemannianCubic {
-    RiemannianCubic::from_initial(
-        view(y),
-        view(v),
-        view(a),
-        view(j),
-        options,
-        Interrupt::NEVER,
-    )
-    .unwrap()
+    cubic_from([y, v, a, j], options)
 }
 
 /// The curve of reflections with the same initial data.

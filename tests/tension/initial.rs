@@ -6,7 +6,7 @@ use stiefel_rs::{Curve, Interrupt, RiemannianCubic, Stiefel};
 
 use crate::circle::{Angle, point};
 use crate::common::{
-    EPS, Rng, assert_close, assert_within, distance, random_point, random_tangent,
+    EPS, Rng, assert_close, assert_within, cubic_from, distance, random_point, random_tangent,
 };
 
 fn random_state((n, k): (usize, usize), rng: &mut Rng) -> [Mat<f64>; 4] {
@@ -21,15 +21,7 @@ fn curve([s, v, a, j]: &[Mat<f64>; 4], tension: f64, t_end: f64) -> RiemannianCu
         t_end,
         ..IntegrationOptions::default()
     };
-    RiemannianCubic::from_initial(
-        s.as_ref(),
-        v.as_ref(),
-        a.as_ref(),
-        j.as_ref(),
-        &options,
-        Interrupt::NEVER,
-    )
-    .unwrap()
+    cubic_from([s, v, a, j], &options)
 }
 
 fn state(curve: &RiemannianCubic, t: f64) -> [Mat<f64>; 4] {

@@ -87,6 +87,10 @@ impl<'a> Framed<'a> {
         self
     }
 
+    pub(crate) fn interrupt(&self) -> Interrupt<'a> {
+        self.interrupt
+    }
+
     /// Tension of the curves.
     pub(crate) fn tension(&self) -> f64 {
         self.tension

@@ -19,7 +19,6 @@ use crate::cubic::taylor::leg_curve::leg_curve;
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::error::Result;
-use crate::interrupt::Interrupt;
 use crate::legs::{Curves, Knots, Options};
 use crate::linalg::lanes::Lanes;
 use crate::shooting;
@@ -219,7 +218,7 @@ impl Framed<'_> {
         let (_, state) = self.state(leg, &motion.start(leg, self.lengths()[leg]));
         let mut taylor = PiecewiseTaylor::at(state, Accuracy::of_tolerance(START_ACCURACY));
         taylor
-            .extend_to(1.0, Interrupt::NEVER)
+            .extend_to(1.0, self.interrupt())
             .map_err(|error| error.at_knot(leg))?;
         Ok(taylor)
     }

@@ -143,36 +143,19 @@ fn smoothed(
     let given = options
         .lambda
         .map(|lambda| lambda / knots.unit / knots.unit / knots.unit / heaviest);
-    let space = knots.space();
     let solved = if knots.is_small() {
         let through = |points: &[Mat<f64>]| {
             let frames = frames(kind, points)?.into();
             let (columns, lengths) = (points[0].ncols(), knots.lengths.clone());
             Framed::new(kind, frames, columns, lengths, interrupt)
         };
-        solve(
-            through,
-            &knots.points,
-            &data,
-            given,
-            &space,
-            options,
-            interrupt,
-        )?
+        solve(through, &knots, &data, given, options, interrupt)?
     } else {
         let through = |points: &[Mat<f64>]| {
             let (points, lengths) = (points.to_vec(), knots.lengths.clone());
             Ambient::new(kind, points, lengths, interrupt)
         };
-        solve(
-            through,
-            &knots.points,
-            &data,
-            given,
-            &space,
-            options,
-            interrupt,
-        )?
+        solve(through, &knots, &data, given, options, interrupt)?
     };
     let report = solved.report;
     if !report.converged {

@@ -18,6 +18,7 @@ use crate::report::{SolverReport, StopReason};
 use crate::spline::chains::chain::{SpannedSpace, pieces};
 use crate::spline::chains::motion::Motion;
 use crate::spline::chains::solution::Effort;
+use crate::spline::reduced_knots::ReducedKnots;
 use crate::threads;
 
 /// Microseconds of the cost of a piece; 32 on St(20,5).
@@ -143,13 +144,13 @@ impl<F> Attempts<'_, F> {
 /// `Interrupted`, and the errors of the first start.
 pub(super) fn solve<C: Interpolated>(
     through: impl Fn(&[Mat<f64>]) -> Result<C>,
-    points: &[Mat<f64>],
+    knots: &ReducedKnots,
     data: &SmoothingData,
     lambda: Option<f64>,
-    space: &SpannedSpace,
     options: &SmoothingOptions,
     interrupt: Interrupt<'_>,
 ) -> Result<SolvedSmoothing> {
+    let (points, space) = (&knots.points[..], knots.space());
     let (chain, seem) = (through(points)?, appearance(options.quotient, points));
     let trial = work_of_residual(&chain);
     let work = options.spline().work(TRIALS, trial, seem);
@@ -164,7 +165,7 @@ pub(super) fn solve<C: Interpolated>(
         lambda,
         flat: validation.flat(lambda)?,
         work: &work,
-        space,
+        space: &space,
         options,
         interrupt,
     };
