@@ -32,7 +32,7 @@ pub(crate) use boundary::boundary_leg::BoundaryData;
 pub(crate) use boundary::boundary_value::{
     BoundaryLimits, BoundaryStart, SolvedLeg, solve_between_ends,
 };
-pub(crate) use embedded::chain::{EmbeddedChain, Near};
+pub(crate) use embedded::chain::EmbeddedChain;
 pub(crate) use embedded::solved_chain::SolvedChain;
 pub(crate) use lane_nodes::LaneNodes;
 pub(crate) use linear::linear_boundary::LinearBoundary;

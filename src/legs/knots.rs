@@ -124,12 +124,6 @@ impl<'a> Knots<'a> {
         (group * T::COUNT + lane).min(self.lengths.len() - 1)
     }
 
-    /// The largest rate at which the tension lets velocities grow, in the time of a leg.
-    pub(crate) fn largest_rate(&self) -> f64 {
-        let longest = self.lengths.iter().fold(0.0, |most, h| larger(most, *h));
-        longest * self.tension.sqrt()
-    }
-
     /// The tensions of a group of legs, in their time; `None` for cubics.
     pub(crate) fn tensions<T: Field>(&self, group: usize) -> Option<T> {
         if self.tension == 0.0 {

@@ -11,4 +11,4 @@ pub(crate) use dense::{Curves, Dense, Polynomials, RotationSeries};
 pub(crate) use knots::{End, Ends, Knots};
 #[cfg(test)]
 pub(crate) use options::ThirdDerivative;
-pub(crate) use options::{Options, Progress, ROUND_OFF};
+pub(crate) use options::{Options, Progress};

@@ -5,17 +5,12 @@ use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
 
 /// Accuracy of residuals, relative to the largest acceleration or third vector of a leg, in its own time.
-pub(crate) const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
+const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 const SOLVER: &str = "chain of Riemannian cubics";
 
-/// `x'''` of a leg at some times between 0 and 1, one vector after another.
-pub(crate) type ThirdDerivative<'a> = dyn Fn(usize, &[f64]) -> Result<Vec<f64>> + 'a;
-
-/// Start and stopping criteria of a solver.
+/// Stopping criteria of a solver.
 pub(crate) struct Options<'a> {
-    /// The third derivative of a start near a solution; `None` neglects it, as in flat space.
-    pub(crate) third_derivative: Option<&'a ThirdDerivative<'a>>,
     /// Bound on the residuals of all equations, in the time of the legs.
     pub(crate) tolerance: f64,
     pub(crate) max_iterations: usize,

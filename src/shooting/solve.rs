@@ -1,15 +1,16 @@
-//! Solves a chain through given knots ([`solve`]), or descends to the knots of least cost ([`least_cost`]): first with short
-//! series, then with as many terms as the curves need.
+//! Solves a chain through given knots ([`solve`]), descends to the knots of least cost ([`least_cost`]), or takes a chain to
+//! rest near the end of a descent ([`nearest_stationary`]): first with short series, then with as many terms as the curves
+//! need.
 
 use super::chains::chain::{LegGroup, SeriesChain};
 use super::chains::solved::SolvedSeries;
 use super::descents::chain_knots::ChainKnots;
 use super::descents::free_chain::FreeChain;
 use super::descents::layout::ChainLayout;
-use super::taylor::orders::{MOST, Orders};
+use super::taylor::orders::MOST;
 use crate::error::Result;
 use crate::legs::{Curves, Knots, Options, Progress};
-use crate::linalg::field::{Field, larger};
+use crate::linalg::field::Field;
 use crate::report::{SolverReport, StopReason};
 use crate::space::Homogeneous;
 
@@ -33,11 +34,7 @@ where
     let groups = knots.lengths.len().div_ceil(T::COUNT);
     let mut room = vec![T::ZERO; groups * LegGroup::<T>::len(space)];
     let mut chain = SeriesChain::<T, S>::new(space, knots, velocities, &mut room, MOST);
-    let order = options.third_derivative.map(|_| {
-        let speed = knots.speed(space, velocities);
-        Orders::last().of_leg(larger(speed, knots.largest_rate()), 0)
-    });
-    chain.set_middles(derivatives, order);
+    chain.set_middles(derivatives);
     let reason = chain.newton(&mut progress, options)?;
     if reason != StopReason::Converged {
         return Ok((progress.report(reason), None));
@@ -87,10 +84,8 @@ where
     T: Field + Send + Sync,
     S: Homogeneous,
 {
-    let legs = descent.layout.legs();
-    let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, legs)];
-    let mut chain =
-        FreeChain::<T, S>::new(space, knots, descent.layout, descent.tension, &mut room);
+    let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, descent.layout.legs())];
+    let mut chain = free_chain::<T, S>(space, knots, &descent, &mut room);
     match options.tolerance < FINE {
         true => {
             // Flat legs are too far off for an accurate second derivative.
@@ -102,10 +97,66 @@ where
     }
     let mut progress = Progress::new(options.tolerance);
     let reason = chain.descend(&mut progress, (descent.below, descent.known), options)?;
-    Ok(LeastCost {
-        report: progress.report(reason),
-        derivatives: (0..legs).flat_map(|leg| chain.derivatives(leg)).collect(),
+    Ok(result(chain, progress.report(reason)))
+}
+
+/// The stationary chain near the end of a descent from given knots, or near these knots if there are no options for a
+/// descent; the report is that of Newton's method, or of a descent that ends with a gradient above `near`.
+///
+/// # Errors
+/// `Interrupted`.
+pub(crate) fn nearest_stationary<T, S>(
+    space: S,
+    knots: ChainKnots,
+    descent: DescentProblem<'_>,
+    before: Option<(&Options<'_>, f64)>,
+    options: &Options<'_>,
+) -> Result<LeastCost>
+where
+    T: Field + Send + Sync,
+    S: Homogeneous,
+{
+    let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, descent.layout.legs())];
+    let mut chain = free_chain::<T, S>(space, knots, &descent, &mut room);
+    let Some((descending, near)) = before else {
+        chain.meet_knots();
+        return settled(chain, options);
+    };
+    chain.set_tolerance(descending.tolerance);
+    let mut progress = Progress::new(descending.tolerance);
+    let bounds = (descent.below, descent.known);
+    let reason = chain.descend(&mut progress, bounds, descending)?;
+    match chain.rest() <= near {
+        true => settled(chain, options),
+        false => Ok(result(chain, progress.report(reason))),
+    }
+}
+
+/// The stationary chain near the current one.
+fn settled<T: Field, S: Homogeneous>(
+    mut chain: FreeChain<'_, T, S>,
+    options: &Options<'_>,
+) -> Result<LeastCost> {
+    let mut progress = Progress::new(options.tolerance);
+    let reason = chain.settle(&mut progress, options)?;
+    Ok(result(chain, progress.report(reason)))
+}
+
+fn free_chain<'r, T: Field, S: Homogeneous>(
+    space: S,
+    knots: ChainKnots,
+    descent: &DescentProblem<'_>,
+    room: &'r mut [T],
+) -> FreeChain<'r, T, S> {
+    FreeChain::new(space, knots, descent.layout.clone(), descent.tension, room)
+}
+
+fn result<T: Field, S: Homogeneous>(chain: FreeChain<'_, T, S>, report: SolverReport) -> LeastCost {
+    let legs = 0..chain.layout.legs();
+    LeastCost {
+        report,
+        derivatives: legs.flat_map(|leg| chain.derivatives(leg)).collect(),
         cost: chain.cost,
         knots: chain.state.knots,
-    })
+    }
 }

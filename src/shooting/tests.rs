@@ -10,7 +10,7 @@ use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::taylor::state::State;
 use crate::curve::Curve;
 use crate::interrupt::Interrupt;
-use crate::legs::{Curves, Dense, End, Ends, Knots, Options, ThirdDerivative};
+use crate::legs::{Curves, Dense, End, Ends, Knots, Options};
 use crate::linalg::field::Field;
 use crate::linalg::lanes::Lanes;
 use crate::report::{SolverReport, StopReason};
@@ -99,9 +99,8 @@ fn columns(a: &Mat<f64>) -> Vec<f64> {
     a.col_iter().flat_map(|c| c.iter().copied()).collect()
 }
 
-fn options<'a>(third_derivative: Option<&'a ThirdDerivative<'a>>) -> Options<'a> {
+fn options<'a>() -> Options<'a> {
     Options {
-        third_derivative,
         tolerance: 1e-12,
         max_iterations: 60,
         may_go_on: &|_| true,
@@ -117,19 +116,6 @@ where
     T: Field + Send + Sync + 'static,
     S: Homogeneous + 'static,
 {
-    let (outcome, curves, ..) = motion::<T, S>(space, knots);
-    (outcome, curves)
-}
-
-/// The same, starting from velocities at the knots, and `x'` and `x''` at the start of each leg.
-fn motion<T, S>(
-    space: S,
-    knots: &Knots<'_>,
-) -> (SolverReport, Option<Box<dyn Curves>>, [Vec<f64>; 2])
-where
-    T: Field + Send + Sync + 'static,
-    S: Homogeneous + 'static,
-{
     let (d, legs) = (space.dim(), knots.lengths.len());
     let mut velocities = vec![0.0; d * (legs + 1)];
     if let Ends::Open(ends) = knots.ends {
@@ -140,10 +126,7 @@ where
         }
     }
     let mut derivatives = vec![0.0; 2 * d * legs];
-    let options = options(None);
-    let (outcome, curves) =
-        super::solve::<T, S>(space, knots, &mut velocities, &mut derivatives, &options).unwrap();
-    (outcome, curves, [velocities, derivatives])
+    super::solve::<T, S>(space, knots, &mut velocities, &mut derivatives, &options()).unwrap()
 }
 
 /// The point of a leg at `s` between 0 and 1.
@@ -372,41 +355,4 @@ fn polynomials_stay_on_the_manifold() {
             manifold.check_point("s", s.as_ref(), 1e-13).unwrap();
         }
     }
-}
-
-#[test]
-fn a_start_at_a_solution_is_kept() {
-    let space = FixedFrames::<3, 2>;
-    let walk = Walk::new(space, 9, 1.2, &mut TestNumbers(8));
-    let ends = Ends::Open([(); 2].map(|()| End::Acceleration(vec![0.0; 3])));
-    let knots = walk.knots(&ends);
-    let (first, curves, [velocities, derivatives]) = motion::<Lanes, _>(space, &knots);
-    let curves = curves.unwrap();
-    let third_derivative = |leg: usize, times: &[f64]| {
-        let (dense, which) = curves.of_leg(leg);
-        let series = dense.x(which, 3);
-        let at = |s: &f64| {
-            let mut sum = [0.0; 3];
-            for (power, c) in series.chunks_exact(3).enumerate().skip(3).rev() {
-                let factor = (power * (power - 1) * (power - 2)) as f64;
-                for (sum, c) in sum.iter_mut().zip(c) {
-                    *sum = *sum * (s - 0.5) + factor * c;
-                }
-            }
-            sum
-        };
-        Ok(times.iter().flat_map(at).collect())
-    };
-    let (mut v, mut b) = (velocities.clone(), derivatives.clone());
-    let options = options(Some(&third_derivative));
-    let (outcome, _) = super::solve::<Lanes, _>(space, &knots, &mut v, &mut b, &options).unwrap();
-    assert!(
-        outcome.iterations < first.iterations,
-        "{outcome:?}, {first:?} from rest"
-    );
-    let moved = v
-        .iter()
-        .zip(&velocities)
-        .fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
-    assert!(moved < 1e-12, "{moved:e}");
 }

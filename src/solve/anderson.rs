@@ -45,11 +45,6 @@ impl Anderson {
         }
     }
 
-    /// Whether no step has been recorded yet.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.last.is_none()
-    }
-
     /// The increment of the iterate after computing its step `f`; the iterate itself may be a point of a manifold.
     pub(crate) fn increment(&mut self, f: Vec<f64>) -> Vec<f64> {
         if let Some((dx, last)) = self.last.take() {

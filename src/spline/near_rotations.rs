@@ -6,10 +6,10 @@ use std::sync::Arc;
 use faer::Mat;
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::chains::flat_spline::flat_spline_along;
 use super::chains::framed::blocks;
 use super::chains::framed_solver::{fastest, polynomials_of_legs};
 use super::chains::low_cost::{is_far, is_fast};
-use super::chains::motion::Motion;
 use super::chains::solution::Effort;
 use super::chains::solve::work_of_legs;
 use super::ends::{End, Ends};
@@ -69,7 +69,7 @@ pub(crate) fn near_rotations(
         ends: &ends,
         tension,
     };
-    let mut motion = flat_start(&knots, &steps)?;
+    let mut motion = flat_spline_along(&knots, &steps, &mut Unturned(3))?;
     let space = FixedFrames::<3, 2>;
     let (velocities, derivatives) = motion.entries.split_at_mut(3 * t.len());
     if knots.speed(space, velocities) > fastest(&ends) {
@@ -113,8 +113,8 @@ impl SolvedRotations {
 struct NeighbourTurns {
     /// Their matrices, in column-major order.
     targets: Vec<[f64; 9]>,
-    /// The coordinates of their vectors, in radians.
-    steps: Vec<[f64; 3]>,
+    /// The coordinates of their vectors, in radians, one after another.
+    steps: Vec<f64>,
 }
 
 impl NeighbourTurns {
@@ -138,7 +138,7 @@ impl NeighbourTurns {
             let mut target = [0.0; 9];
             target.copy_from_slice(turn.to_rotation_matrix().matrix().as_slice());
             targets.push(target);
-            steps.push(coordinates(&vector));
+            steps.extend(coordinates(&vector));
         }
         Some(NeighbourTurns { targets, steps })
     }
@@ -162,47 +162,6 @@ fn in_units(ends: &Ends, unit: f64) -> Ends {
             End::Acceleration(a) => End::Acceleration(scaled(a).iter().map(|x| unit * x).collect()),
         })),
     }
-}
-
-/// The cubic spline of flat space with given displacements along its legs.
-///
-/// # Errors
-/// `Overflow`.
-fn flat_start(knots: &Knots<'_>, steps: &[[f64; 3]]) -> Result<Motion> {
-    let lengths = knots.lengths;
-    let mut right = vec![0.0; 3 * knots.count()];
-    for (knot, right) in right.chunks_exact_mut(3).enumerate() {
-        if let Some((End::Velocity(v), _)) = knots.end_at(knot) {
-            right.copy_from_slice(v);
-            continue;
-        }
-        for leg in knots.legs_at(knot).into_iter().flatten() {
-            let factor = 6.0 / lengths[leg] / lengths[leg];
-            for (right, step) in right.iter_mut().zip(steps[leg]) {
-                *right += factor * step;
-            }
-        }
-        if let Some((End::Acceleration(a), sign)) = knots.end_at(knot) {
-            for (right, a) in right.iter_mut().zip(a) {
-                *right -= sign * a;
-            }
-        }
-    }
-    knots.flat_system()?.solve(&mut Unturned(3), &mut right)?;
-    if matches!(knots.ends, Ends::Periodic) {
-        right.extend_from_within(..3);
-    }
-    let mut motion = Motion::zeros(3, lengths.len() + 1);
-    motion.entries[..right.len()].copy_from_slice(&right);
-    for (leg, (h, step)) in lengths.iter().zip(steps).enumerate() {
-        let (first, second) = motion.derivatives_mut(leg).split_at_mut(3);
-        for i in 0..3 {
-            let [from, to] = [leg, leg + 1].map(|knot| h * right[3 * knot + i]);
-            first[i] = 6.0 * step[i] - 4.0 * from - 2.0 * to;
-            second[i] = 6.0 * (from + to) - 12.0 * step[i];
-        }
-    }
-    Ok(motion)
 }
 
 #[cfg(test)]

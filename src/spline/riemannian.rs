@@ -8,9 +8,8 @@ use super::bases::joined;
 use super::chains::ambient::Ambient;
 use super::chains::chain::{Chain, SpannedSpace, pieces};
 use super::chains::framed::{Framed, coordinates, frames};
-use super::chains::iteration::SOLVER;
 use super::chains::solution::{ChainSolution, piece};
-use super::chains::solve;
+use super::chains::solve::{self, SOLVER};
 use super::chains::uneven::advised;
 use super::ends::{EndConditions, Ends, check_ends};
 use super::knots;
@@ -19,14 +18,12 @@ use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
 use crate::cubic::RiemannianCubic;
 use crate::cubic::tension::check_leg_tension;
-use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::legs::Curves;
 use crate::linalg::product::entries;
 use crate::manifold::only_bases::{advised_knots, appearance};
 use crate::report::{SolverReport, StopReason, Strategy};
-use crate::space::ScalarField;
 
 /// The spline of Riemannian cubics through points, with continuous velocity and covariant acceleration.
 ///
@@ -79,31 +76,10 @@ pub(crate) fn cubic_spline_of_legs(
     let solved = problem.solve(options, interrupt);
     let (pieces, solution) =
         solved.map_err(|error| advised_knots(error, options.quotient, points))?;
-    if solution.legs.is_none() {
-        check_complex(options.field, &pieces)?;
-    }
     let first = problem.knots.first_turn();
     let pieces = joined(options.quotient, first, pieces, solution.turns())?;
     let curves = solution.legs.and_then(|legs| legs.polynomials);
     Ok((Piecewise::new(t.to_vec(), pieces), solution.report, curves))
-}
-
-/// Returns an error if integrated pieces between complex points have left the complex frames, which real unknowns permit.
-///
-/// # Errors
-/// `NotComplex`, wrapped in `AtKnot`; the errors of evaluating the pieces.
-pub(super) fn check_complex(field: ScalarField, pieces: &[RiemannianCubic]) -> Result<()> {
-    if field == ScalarField::Real {
-        return Ok(());
-    }
-    for (knot, piece) in pieces.iter().enumerate() {
-        for order in [0, 1] {
-            let middle = piece.derivative(0.5, order)?;
-            let checked = field.check([middle.as_ref()]);
-            checked.map_err(|error| error.at_knot(knot))?;
-        }
-    }
-    Ok(())
 }
 
 /// Knots and ends in the coordinates of their span.
@@ -208,38 +184,4 @@ fn finished(
     let piece = |leg: usize| piece(chain, leg, &solution, interrupt);
     let pieces = pieces(chain.lengths().len(), space, piece)?;
     Ok((pieces, solution))
-}
-
-#[cfg(test)]
-mod tests {
-    use faer::Mat;
-
-    use super::*;
-    use crate::cubic::IntegrationOptions;
-    use crate::linalg::complex_embedding::embed;
-
-    /// The curve on complex St(2, 1) with a given velocity at the first unit vector, embedded; and one that leaves
-    /// these frames.
-    #[test]
-    fn pieces_that_leave_the_complex_frames_are_refused() {
-        let complex =
-            |entries: [faer::c64; 2]| embed(Mat::from_fn(2, 1, |i, _| entries[i]).as_ref());
-        let number = faer::c64::new;
-        let s = complex([number(1.0, 0.0), number(0.0, 0.0)]);
-        let inside = complex([number(0.0, 0.3), number(0.5, -0.7)]);
-        let mut outside = inside.clone();
-        // Tangent, but the second column is no longer `i` times the first.
-        outside[(1, 1)] += 0.1;
-        let curve = |v: &Mat<f64>| {
-            let (zero, options) = (Mat::zeros(4, 2), IntegrationOptions::default());
-            let [s, v, zero] = [&s, v, &zero].map(|x| x.as_ref());
-            RiemannianCubic::from_initial(s, v, zero, zero, &options, Interrupt::NEVER).unwrap()
-        };
-        let pieces = [curve(&inside), curve(&outside)];
-        assert!(check_complex(ScalarField::Complex, &pieces[..1]).is_ok());
-        let error = check_complex(ScalarField::Complex, &pieces).unwrap_err();
-        assert!(matches!(&error, Error::AtKnot { knot: 1, .. }), "{error}");
-        assert!(matches!(error.cause(), Error::NotComplex { .. }), "{error}");
-        assert!(check_complex(ScalarField::Real, &pieces).is_ok());
-    }
 }

@@ -61,12 +61,8 @@ const MOST: usize = 48;
 /// `tests/subspaces/several_solutions.rs` is 2e-3 away.
 const ON_MANIFOLD: f64 = 1e-10;
 
-/// Residual below which the second phase begins, and up to which the legs of a start near a solution are solved before
-/// the velocities change.
+/// Residual below which the second phase begins.
 const ROUGH: f64 = 1e-3;
-
-/// Largest number of sweeps along the legs of such a start.
-const MOST_SWEEPS: usize = 30;
 
 /// Points of shape `(n, k)` with times and end conditions, whose vectors are matrices, one column after another. The
 /// last point of a closed chain is the first one.
@@ -76,34 +72,15 @@ pub(crate) struct EmbeddedChain<'a> {
     pub(crate) knots: &'a Knots<'a>,
 }
 
-/// A motion near a solution. Legs whose coordinates are not those of the points begin with cubic polynomials that have
-/// its velocities, for subspaces between its bases.
-pub(crate) struct Near<'a> {
-    /// Velocities at the knots, per unit of time.
-    pub(crate) velocities: Vec<f64>,
-    pub(crate) leg: &'a NearLeg<'a>,
-}
-
-/// The curve of a leg: its fourth derivatives at given times between 0 and 1, one matrix after another, and its end.
-pub(crate) type NearLeg<'a> = dyn Fn(usize, &[f64]) -> Result<(Vec<f64>, Mat<f64>)> + 'a;
-
 impl EmbeddedChain<'_> {
-    /// Solves the equations, from the spline of flat space or from a motion near a solution.
+    /// Solves the equations from the spline of flat space.
     ///
     /// # Errors
     /// `Interrupted`, `Overflow` (the times of the knots), `Decomposition`, and the errors of the start.
-    pub(crate) fn solve(
-        &self,
-        near: Option<&Near<'_>>,
-        options: &Options<'_>,
-    ) -> Result<(SolverReport, SolvedChain)> {
+    pub(crate) fn solve(&self, options: &Options<'_>) -> Result<(SolverReport, SolvedChain)> {
         let mut iteration = EmbeddedIteration::new(self)?;
         let mut progress = Progress::new(options.tolerance);
-        let may_begin = match near {
-            Some(near) => iteration.start_near(near, options)?,
-            None => iteration.start_flat()?,
-        };
-        let reason = match may_begin {
+        let reason = match iteration.start_flat()? {
             true => iteration.solve(&mut progress, options)?,
             false => StopReason::Diverged,
         };
@@ -193,36 +170,6 @@ impl<'c> EmbeddedIteration<'c> {
         let step = self.flat_step(&self.chain.knots.flat_system()?)?;
         self.follow(&step);
         Ok(self.refine(|leg| nodes(COARSE, leg.largest_speed(), MOST + 1)))
-    }
-
-    /// Starts from a motion near a solution, and solves its legs; `false` if it is too fast.
-    fn start_near(&mut self, near: &Near<'_>, options: &Options<'_>) -> Result<bool> {
-        self.velocities.copy_from_slice(&near.velocities);
-        self.mixes_legs = true;
-        self.set_data();
-        if !self.refine(|leg| nodes(COARSE, leg.largest_speed(), MOST + 1)) {
-            return Ok(false);
-        }
-        for (i, SweptLeg { leg, .. }) in self.legs.iter_mut().enumerate() {
-            let is_direct = self.chain.is_direct();
-            if !is_direct && self.chain.kind.quotient == Quotient::Frames {
-                continue;
-            }
-            let nodes = &leg.nodes.nodes.nodes.s;
-            let (values, end) = (near.leg)(i, if is_direct { nodes } else { &[] })?;
-            leg.set_fourth_derivative(&values);
-            if self.chain.kind.quotient == Quotient::Subspaces {
-                leg.set_turn(alignment(end.as_ref(), self.chain.points[i + 1].as_ref())?.as_ref());
-            }
-        }
-        for _ in 0..MOST_SWEEPS {
-            options.check()?;
-            let is_done = self.sweep(1) <= ROUGH || !(options.may_go_on)(self.products_of_sweep());
-            if is_done {
-                break;
-            }
-        }
-        Ok(true)
     }
 
     /// Solves on a few nodes, then on more until the truncation error is negligible.

@@ -8,7 +8,7 @@ use super::clamped::{Clamped, LEVELS};
 use super::embedded_equation::{Embedded, EquationBuffers};
 use crate::collocation::lane_matrices::polar_factor;
 use crate::linalg::field::{add, larger, largest};
-use crate::linalg::lanes::{LANES, Lanes};
+use crate::linalg::lanes::Lanes;
 use crate::linalg::product::mul_into;
 use crate::space::{Kind, Quotient};
 
@@ -148,18 +148,6 @@ impl ClampedLeg {
         let k = self.equation.k;
         let turn = || MatRef::from_row_major_slice(&self.turn, k, k).to_owned();
         (self.equation.kind.quotient == Quotient::Subspaces).then(turn)
-    }
-
-    /// Sets the fourth derivative by its values at the nodes, one matrix with all its columns after another.
-    pub(crate) fn set_fourth_derivative(&mut self, values: &[f64]) {
-        let Embedded { r, k, .. } = self.equation;
-        let size = self.equation.size();
-        for (node, values) in values.chunks_exact(r * k).enumerate() {
-            let f = &mut self.f[node / LANES * size..][..size];
-            for (f, value) in f.iter_mut().zip(values) {
-                f.0[node % LANES] = *value;
-            }
-        }
     }
 
     /// Turns the basis at the end against its drift; returns the largest entry.

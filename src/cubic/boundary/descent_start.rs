@@ -8,6 +8,7 @@ use super::relative_ends::RelativeEnds;
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::{Horizontal, complete_relative};
 use crate::cubic::taylor::packing::pack;
+use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::linalg::complex_embedding::{embed, nearest};
@@ -74,6 +75,33 @@ impl DescentStart {
         };
         let knots = (0..=count).map(at).collect::<Result<_>>()?;
         Ok(Self::new(problem.kind(), problem.relative_ends(), knots))
+    }
+
+    /// Along a cubic on `[0, 1]`, in the frame at its start, which need not have the given end.
+    ///
+    /// # Errors
+    /// An error if it is too fast.
+    pub(crate) fn along_cubic(
+        kind: Kind,
+        ends: RelativeEnds<'_>,
+        cubic: &PiecewiseTaylor,
+    ) -> Result<Self> {
+        let (r, k) = ends.end[0].shape();
+        let rows = cubic.rows();
+        let at = |t: f64| {
+            let [mut point, mut velocity] = [(); 2].map(|()| vec![0.0; rows * k]);
+            cubic.points_into(t, &mut [&mut point, &mut velocity]);
+            [point, velocity].map(|x| {
+                let all = MatRef::from_column_major_slice(&x, rows, k);
+                all.subrows(0, r).to_owned()
+            })
+        };
+        let pieces = cubic.pieces.iter().map(|piece| piece.upper.min(1.0));
+        let speeds = pieces.map(|t| at(t)[1].norm_l2());
+        let speed = speeds.fold(at(0.0)[1].norm_l2(), f64::max);
+        let count = legs(speed, LEGS)?;
+        let knots = (0..=count).map(|i| at(i as f64 / count as f64));
+        Ok(Self::new(kind, ends, knots.collect()))
     }
 
     /// Along a rolling curve: its velocity changes linearly from the initial to the end velocity, and the space rotates

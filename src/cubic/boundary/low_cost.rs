@@ -318,7 +318,6 @@ impl Solver<'_> {
             work.get() <= left
         };
         let options = Options {
-            third_derivative: None,
             tolerance: limits.tolerance,
             max_iterations: limits.max_iterations,
             may_go_on: &may_go_on,

@@ -352,27 +352,6 @@ impl PiecewiseTaylor {
         sum
     }
 
-    /// `x'''` at given covered times, one vector after another, with entries ordered as in `packing::pack`; for a
-    /// square frame, the vectors of the frame without its last column.
-    pub(crate) fn third_derivatives(&self, times: &[f64]) -> Vec<f64> {
-        let (k, entries) = (self.blocks.k, self.r() * self.blocks.k);
-        let mut series: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; entries]);
-        let mut out = Vec::with_capacity(times.len() * entries);
-        for t in times {
-            let mut targets = series.each_mut().map(Vec::as_mut_slice);
-            self.vectors_into(*t, &mut targets);
-            let (omega, b) = series[3].split_at(k * k);
-            for col in 0..k {
-                // For a square frame the last row takes the place of `b`.
-                let is_last = self.blocks.m == 0 && col + 1 == k;
-                let factor = if is_last { -6.0 } else { 6.0 };
-                out.extend((0..col).map(|row| factor * omega[row + k * col]));
-            }
-            out.extend(b.iter().map(|b| 6.0 * b));
-        }
-        out
-    }
-
     pub(crate) fn accuracy(&self) -> Accuracy {
         self.accuracy
     }

@@ -126,48 +126,25 @@ impl<'k, T: Field, S: Homogeneous> SeriesChain<'k, T, S> {
         chain
     }
 
-    /// Sets the middles of the legs from `x'` and `x''` at their starts, in the time of the leg: by a series of the
-    /// given order, or with zero third derivative.
-    pub(crate) fn set_middles(&mut self, derivatives: &[f64], order: Option<usize>) {
-        let (space, knots, d) = (self.space, self.knots, self.space.dim());
+    /// Sets the middles of the legs from `x'` and `x''` at their starts, in the time of the leg, as in flat space.
+    pub(crate) fn set_middles(&mut self, derivatives: &[f64]) {
+        let (knots, d) = (self.knots, self.space.dim());
         self.set_velocities();
-        let micros = order.map_or(0.0, |_| micros_of_series(space));
-        each::<S::Width, _, _>(
-            &mut self.groups,
-            micros,
-            &mut self.buffers,
-            #[inline(always)]
-            |ChainBuffers { leg: scratch, .. }, group, LegGroup { leg, .. }| {
-                let tension = leg.tension;
-                let middle = &mut leg.middle;
-                middle[0].copy_from_slice(leg.velocity);
-                for lane in 0..T::COUNT {
-                    let i = knots.leg_in::<T>(group, lane);
-                    for p in 0..d {
-                        middle[1][p].set_lane(lane, derivatives[2 * i * d + p]);
-                        middle[2][p].set_lane(lane, derivatives[(2 * i + 1) * d + p]);
-                    }
+        for (group, LegGroup { leg, .. }) in self.groups.iter_mut().enumerate() {
+            let middle = &mut leg.middle;
+            for lane in 0..T::COUNT {
+                let i = knots.leg_in::<T>(group, lane);
+                for p in 0..d {
+                    middle[1][p].set_lane(lane, derivatives[2 * i * d + p]);
+                    middle[2][p].set_lane(lane, derivatives[(2 * i + 1) * d + p]);
                 }
-                match order {
-                    Some(order) => {
-                        let start = middle.each_ref().map(|x| &**x);
-                        let series = &mut scratch.series;
-                        series.set_curve(space, start, tension, order);
-                        let mut before = vec![T::ZERO; d];
-                        for (derivative, x) in middle.iter_mut().enumerate() {
-                            series.at_ends(d, order + 3, derivative, [&mut before, x]);
-                        }
-                    }
-                    None => {
-                        for p in 0..d {
-                            let [v, a, b] = [middle[0][p], middle[1][p], middle[2][p]];
-                            middle[0][p] = v + a * 0.5 + b * 0.125;
-                            middle[1][p] = a + b * 0.5;
-                        }
-                    }
-                }
-            },
-        );
+            }
+            for p in 0..d {
+                let [v, a, b] = [leg.velocity[p], middle[1][p], middle[2][p]];
+                middle[0][p] = v + a * 0.5 + b * 0.125;
+                middle[1][p] = a + b * 0.5;
+            }
+        }
     }
 
     /// Velocities at the ends of the legs, in their time.

@@ -76,12 +76,12 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
 
     /// With the more accurate second derivative, takes a last short step if the gradient is smaller then. Without it, curves
     /// with speeds of 30, integrated from their start, miss the end by up to 4e-11.
-    fn step_to_round_off(&mut self) {
+    pub(crate) fn step_to_round_off(&mut self) {
         if !self.is_fine() {
             return;
         }
         let before = self.descent_state();
-        if let Some(step) = before.step(0.0, SHORTEST) {
+        if let Some(step) = before.newton_step(SHORTEST) {
             let rest = self.rest();
             self.try_step(&step);
             self.set_forces();
@@ -92,7 +92,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     }
 
     /// Whether gradient and defect are below the tolerance.
-    fn is_at_rest(&self, progress: &mut Progress, options: &Options<'_>) -> bool {
+    pub(crate) fn is_at_rest(&self, progress: &mut Progress, options: &Options<'_>) -> bool {
         let rest = self.rest();
         rest <= progress.set(rest, self.largest_derivative(), options.tolerance)
     }

@@ -182,16 +182,22 @@ fn descend_beside<T: Field, S: Homogeneous>(
     chain: &mut FreeChain<'_, T, S>,
     known: &[&ChainKnots],
 ) -> StopReason {
-    let options = Options {
-        third_derivative: None,
+    chain
+        .descend(
+            &mut Progress::new(1e-12),
+            (f64::INFINITY, known),
+            &options(),
+        )
+        .expect("nobody interrupts")
+}
+
+fn options<'a>() -> Options<'a> {
+    Options {
         tolerance: 1e-12,
         max_iterations: 60,
         may_go_on: &|_| true,
         interrupt: Interrupt::NEVER,
-    };
-    chain
-        .descend(&mut Progress::new(1e-12), (f64::INFINITY, known), &options)
-        .expect("nobody interrupts")
+    }
 }
 
 #[test]
@@ -226,6 +232,44 @@ fn jumps_of_the_third_vector_vanish_where_a_descent_ends() {
     meet(&mut chain);
     let again = chain.cost;
     assert!((cost - again).abs() < 1e-12 * cost, "{cost} {again}");
+}
+
+/// Newton's method leads back to a stationary chain in few steps, and to round-off.
+#[test]
+fn a_chain_settles_at_the_nearest_stationary_one() {
+    for layout in [of_spline as fn(usize) -> ChainLayout, |_| closed()] {
+        let space = RealSpace::frames(5, 2);
+        let mut room = room::<Lanes, _>(space);
+        let mut chain = chain::<Lanes, _>(space, layout(space.dim()), 0.0, &mut room);
+        assert_eq!(descend(&mut chain), StopReason::Converged);
+        let known = chain.state.knots.clone();
+        let size = chain.gradient().len();
+        let step: Vec<f64> = numbers(size, 11).iter().map(|x| 0.02 * x).collect();
+        let held: Vec<f64> = {
+            let d = space.dim();
+            let is_held = |i: usize| {
+                chain.layout.held[chain.layout.knot(i / (2 * d))] == Held::Point && i % (2 * d) < d
+            };
+            let moved = step.iter().enumerate();
+            moved
+                .map(|(i, x)| if is_held(i) { 0.0 } else { *x })
+                .collect()
+        };
+        chain.follow(&held);
+        assert!(chain.state.knots.difference(space, &known)[0] > 0.01);
+        let mut progress = Progress::new(1e-12);
+        let reason = chain
+            .settle(&mut progress, &options())
+            .expect("nobody interrupts");
+        assert_eq!(reason, StopReason::Converged);
+        let report = progress.report(reason);
+        assert!(
+            report.iterations <= 6 && report.residual < 1e-13,
+            "{report:?}"
+        );
+        let [away, _] = chain.state.knots.difference(space, &known);
+        assert!(away < 1e-11, "{away:e}");
+    }
 }
 
 #[test]

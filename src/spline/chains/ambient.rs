@@ -11,7 +11,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::chain::{Chain, JOINS, Means, Movable, square};
 use super::embedded::InEmbedding;
 use super::motion::Motion;
-use crate::cubic::integrated_legs::marches::{Passage, end_of_leg};
+use crate::cubic::integrated_legs::{Passage, end_of_leg};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Coordinates;
 use crate::cubic::taylor::state::State;

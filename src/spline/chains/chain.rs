@@ -82,33 +82,8 @@ pub(crate) trait Chain: Sync {
         distances: &mut [f64],
     ) -> Result<()>;
 
-    /// The derivative of distance, velocity and acceleration at the end of a leg with respect to its start, shape `(3
-    /// size, 3 size)`; `None` if it is not available.
-    ///
-    /// # Errors
-    /// As [`Chain::ends_into`].
-    fn derivative(
-        &self,
-        _worker: &mut Self::Worker,
-        _leg: usize,
-        _start: &[f64],
-        _accuracy: Accuracy,
-    ) -> Result<Option<Mat<f64>>> {
-        Ok(None)
-    }
-
-    /// Work of [`Chain::derivative`] in units of a residual, if derivatives are available.
-    fn derivative_work(&self) -> f64 {
-        f64::INFINITY
-    }
-
     /// Typical work of integrating a leg.
     fn work_of_leg(&self) -> f64;
-
-    /// Work of [`Chain::derivative`], if derivatives are available.
-    fn work_of_derivative(&self) -> f64 {
-        f64::INFINITY
-    }
 
     /// The state of a leg's cubic at its start: a basis of its span, unless the span is the whole space, and frame and
     /// vectors in that basis.
@@ -218,7 +193,7 @@ pub(crate) struct LegEnds {
     /// Vectors per leg: point defect, velocity defect, acceleration, and the third vector if requested.
     vectors: usize,
     values: Vec<f64>,
-    /// Point and velocity defect of each leg, carried back to its start.
+    /// Point defect of each leg, carried back to its start.
     back: Vec<f64>,
     /// The largest norm over all legs of both defects together.
     pub(crate) defect: f64,
@@ -239,10 +214,10 @@ impl LegEnds {
     ) -> Result<Self> {
         let (size, lengths) = (chain.size(), chain.lengths());
         let mut values = vec![0.0; size * vectors * lengths.len()];
-        let mut back = vec![0.0; size * 2 * lengths.len()];
+        let mut back = vec![0.0; size * lengths.len()];
         let some = |worker: &mut C::Worker, group: usize, (values, back): &mut GroupValues<'_>| {
             let first = group * LEGS;
-            let count = back.len() / (2 * size);
+            let count = back.len() / size;
             let starts: Vec<Vec<f64>> = (first..first + count)
                 .map(|leg| motion.start(leg, lengths[leg]))
                 .collect();
@@ -257,16 +232,14 @@ impl LegEnds {
             let mut defect = 0.0_f64;
             let each = values
                 .chunks_exact_mut(size * vectors)
-                .zip(back.chunks_exact_mut(2 * size));
+                .zip(back.chunks_exact_mut(size));
             for (i, (values, back)) in each.enumerate() {
                 let leg = first + i;
                 let end = motion.velocity(leg + 1);
                 for (w, v) in values[size..2 * size].iter_mut().zip(end) {
                     *w -= lengths[leg] * v;
                 }
-                for (back, v) in back.chunks_exact_mut(size).zip(values.chunks_exact(size)) {
-                    chain.carry_into(worker, leg, Direction::Backward, v, back)?;
-                }
+                chain.carry_into(worker, leg, Direction::Backward, &values[..size], back)?;
                 defect = defect.max(distances[i].hypot(square(&values[size..2 * size]).sqrt()));
             }
             Ok(defect)
@@ -274,7 +247,7 @@ impl LegEnds {
         // All of them are computed even if one fails, so that the counted work does not depend on the threads.
         let groups = values
             .chunks_mut(size * vectors * LEGS)
-            .zip(back.chunks_mut(2 * size * LEGS));
+            .zip(back.chunks_mut(size * LEGS));
         let each = LEGS as f64 * LEG * size as f64;
         let defects = threads::map_parts(
             groups,
@@ -295,30 +268,20 @@ impl LegEnds {
         })
     }
 
-    /// The values in flat space, for legs without acceleration.
+    /// The values in flat space, for legs without velocity and acceleration.
     ///
     /// # Errors
     /// The errors of carrying.
-    pub(crate) fn flat<C: Chain>(chain: &C, motion: &Motion, vectors: usize) -> Result<Self> {
-        let (size, lengths) = (chain.size(), chain.lengths());
+    pub(crate) fn at_rest<C: Chain>(chain: &C, vectors: usize) -> Result<Self> {
+        let (size, legs) = (chain.size(), chain.lengths().len());
         let mut worker = chain.worker();
-        let mut values = vec![0.0; size * vectors * lengths.len()];
-        let mut back = vec![0.0; size * 2 * lengths.len()];
-        let (mut displacement, mut carried) = (vec![0.0; size], vec![0.0; size]);
-        for (leg, &h) in lengths.iter().enumerate() {
-            let (velocity, end) = (motion.velocity(leg), motion.velocity(leg + 1));
-            chain.displacement_into(leg, &mut displacement);
-            chain.carry_into(&mut worker, leg, Direction::Backward, end, &mut carried)?;
-            let back = &mut back[2 * size * leg..][..2 * size];
-            let (point_defect, velocity_defect) = back.split_at_mut(size);
-            for i in 0..size {
-                point_defect[i] = h * velocity[i] - displacement[i];
-                velocity_defect[i] = h * (velocity[i] - carried[i]);
-            }
-            let values = &mut values[size * vectors * leg..];
-            for (back, value) in back.chunks_exact(size).zip(values.chunks_exact_mut(size)) {
-                chain.carry_into(&mut worker, leg, Direction::Forward, back, value)?;
-            }
+        let mut values = vec![0.0; size * vectors * legs];
+        let mut back = vec![0.0; size * legs];
+        for (leg, back) in back.chunks_exact_mut(size).enumerate() {
+            chain.displacement_into(leg, back);
+            back.iter_mut().for_each(|x| *x = -*x);
+            let defect = &mut values[size * vectors * leg..][..size];
+            chain.carry_into(&mut worker, leg, Direction::Forward, back, defect)?;
         }
         Ok(LegEnds {
             size,
@@ -336,12 +299,7 @@ impl LegEnds {
 
     /// The point defect, carried back to the start of the leg.
     pub(crate) fn point_defect_back(&self, leg: usize) -> &[f64] {
-        &self.back[2 * self.size * leg..][..self.size]
-    }
-
-    /// The velocity defect, carried back to the start of the leg.
-    pub(crate) fn velocity_defect_back(&self, leg: usize) -> &[f64] {
-        &self.back[self.size * (2 * leg + 1)..][..self.size]
+        &self.back[self.size * leg..][..self.size]
     }
 }
 

@@ -1,12 +1,14 @@
-//! Descents to splines of low cost: chains of short legs that pass through the knots and have free knots in between.
+//! Splines near the ends of descents, or near a motion: chains of short legs that pass through the knots and have free knots
+//! in between.
 
 use faer::Mat;
 
 use super::chain::Chain as _;
+use super::descent_end;
+use super::flat_spline::flat_spline;
 use super::framed::Framed;
-use super::interpolation::Interpolation;
 use super::motion::Motion;
-use super::solution::Effort;
+use super::solution::{ChainSolution, Effort};
 use crate::cubic::boundary::descent_start::DescentStart;
 use crate::cubic::boundary::guess::FlatData;
 use crate::cubic::boundary::relative_ends::RelativeEnds;
@@ -20,7 +22,7 @@ use crate::linalg::structure::identity_columns;
 use crate::linalg::structure::row_by_row;
 use crate::manifold::grassmann::alignment::alignment;
 use crate::shooting::{
-    ChainKnots, ChainLayout, DescentProblem, Held, LeastCost, least_cost, products_of_step,
+    ChainKnots, ChainLayout, DescentProblem, Held, nearest_stationary, products_of_step,
 };
 use crate::solve::direction::Direction;
 use crate::space::{Quotient, in_space};
@@ -33,7 +35,7 @@ const TOLERANCE: f64 = 1e-6;
 /// differ by a factor of up to 100, 9 are not solved; with 100 steps 16, without [`NEAR`] 19, with neither 27.
 const MAX_STEPS: usize = 300;
 
-/// Norm of the gradient, in the time of a leg, at the end of a descent from which the equations are tried. If curves
+/// Norm of the gradient, in the time of a leg, at the end of a descent from which Newton's method is tried. If curves
 /// are long and fast, descents end above [`TOLERANCE`], where the predicted decrease is below the accuracy of the cost.
 const NEAR: f64 = 1e-2;
 
@@ -64,7 +66,7 @@ pub(crate) enum Course {
 pub(crate) fn starts(chain: &Framed<'_>, ends: &Ends) -> Result<[Course; 2]> {
     let first = match flat_data(chain, ends)? {
         Some(flat) => Course::Along(flat),
-        None => Course::Rolling(Interpolation::new(chain, ends)?.start()?),
+        None => Course::Rolling(flat_spline(chain, ends)?),
     };
     Ok([first, Course::Rolling(resting(chain, ends))])
 }
@@ -111,7 +113,7 @@ pub(crate) fn flat_data(chain: &Framed<'_>, ends: &Ends) -> Result<Option<FlatDa
 }
 
 impl Course {
-    /// The motion found by a descent from here; `None` if it ends far from rest.
+    /// The solution near the end of a descent from here; `None` if it ends far from rest.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -120,41 +122,54 @@ impl Course {
         chain: &Framed<'_>,
         ends: &Ends,
         effort: Effort<'_>,
-    ) -> Result<Option<Motion>> {
+    ) -> Result<Option<ChainSolution>> {
+        let kind = chain.blocks().kind();
         match self {
             Course::Rolling(start) => {
                 let fewest = FEWEST_LEGS.div_ceil(chain.lengths().len());
-                end_from(chain, ends, start, effort, |leg| {
-                    rolling(chain, leg, start, fewest)
-                })
+                let start = FreeKnots::new(chain, ends, start, |_, ends| {
+                    DescentStart::rolling(kind, ends, fewest)
+                });
+                nearest(chain, start, Some(TOLERANCE), effort)
             }
             Course::Along(flat) => {
-                let start = resting(chain, ends);
-                end_from(chain, ends, &start, effort, |leg| {
-                    let (velocity, end) = relative_ends(chain, leg, &start)?;
-                    let ends = RelativeEnds {
-                        velocity: &velocity,
-                        end: &end,
-                    };
-                    DescentStart::along_flat(chain.blocks().kind(), ends, flat)
-                })
+                let start = FreeKnots::new(chain, ends, &resting(chain, ends), |_, ends| {
+                    DescentStart::along_flat(kind, ends, flat)
+                });
+                nearest(chain, start, Some(TOLERANCE), effort)
             }
         }
     }
 }
 
-/// The motion found by a descent from given curves along the legs, with the velocities of a motion at the knots.
+/// The solution near a motion, by Newton's method from its curves; `None` if there is none.
 ///
 /// # Errors
 /// `Interrupted`.
-fn end_from(
+pub(crate) fn nearest_to(
     chain: &Framed<'_>,
     ends: &Ends,
-    start: &Motion,
+    motion: &Motion,
     effort: Effort<'_>,
-    curve: impl Fn(usize) -> Result<DescentStart>,
-) -> Result<Option<Motion>> {
-    let start = FreeKnots::new(chain, ends, start, curve);
+) -> Result<Option<ChainSolution>> {
+    let kind = chain.blocks().kind();
+    let start = FreeKnots::new(chain, ends, motion, |leg, ends| {
+        let cubic = descent_end::roughly_integrated(chain, leg, motion, effort.interrupt)?;
+        DescentStart::along_cubic(kind, ends, &cubic)
+    });
+    nearest(chain, start, None, effort)
+}
+
+/// The solution near the end of a descent to a tolerance or, without one, near its start.
+///
+/// # Errors
+/// `Interrupted`.
+fn nearest(
+    chain: &Framed<'_>,
+    start: Result<FreeKnots>,
+    descent: Option<f64>,
+    effort: Effort<'_>,
+) -> Result<Option<ChainSolution>> {
     let Some(start) = unless_interrupted(start)? else {
         return Ok(None);
     };
@@ -164,28 +179,28 @@ fn end_from(
         effort.work.refuse();
         return Ok(None);
     }
-    let at = start.at.clone();
-    let found = descend(chain, start, effort)?;
-    Ok((found.report.residual <= NEAR).then(|| motion(chain, &at, &found)))
-}
-
-fn descend(chain: &Framed<'_>, start: FreeKnots, effort: Effort<'_>) -> Result<LeastCost> {
-    let may_go_on = |products| effort.work.may_go_on(products);
-    let options = Options {
-        tolerance: TOLERANCE,
-        max_iterations: MAX_STEPS,
-        ..effort.options(&may_go_on)
-    };
-    let descent = DescentProblem {
-        layout: start.layout,
+    let FreeKnots { knots, layout, at } = start;
+    let problem = DescentProblem {
+        layout,
         tension: chain.tension(),
         below: f64::INFINITY,
         known: &[],
     };
-    let knots = start.knots;
-    in_space!(chain.shape(), |space| least_cost::<Lanes, _>(
-        space, knots, descent, &options
-    ))
+    let may_go_on = |products| effort.work.may_go_on(products);
+    let options = effort.options(&may_go_on);
+    let descending = descent.map(|tolerance| Options {
+        tolerance,
+        max_iterations: MAX_STEPS,
+        ..effort.options(&may_go_on)
+    });
+    let before = descending.as_ref().map(|descending| (descending, NEAR));
+    let found = in_space!(chain.shape(), |space| nearest_stationary::<Lanes, _>(
+        space, knots, problem, before, &options
+    ))?;
+    match found.report.converged {
+        true => descent_end::solution(chain, &at, &found, effort),
+        false => Ok(None),
+    }
 }
 
 /// A chain whose legs subdivide those of another one.
@@ -205,7 +220,7 @@ impl FreeKnots {
         chain: &Framed<'_>,
         ends: &Ends,
         motion: &Motion,
-        curve: impl Fn(usize) -> Result<DescentStart>,
+        curve: impl Fn(usize, RelativeEnds<'_>) -> Result<DescentStart>,
     ) -> Result<Self> {
         let (all, lengths) = (chain.frames(), chain.lengths());
         let last = lengths.len();
@@ -215,7 +230,12 @@ impl FreeKnots {
             at: Vec::new(),
         };
         for (leg, h) in lengths.iter().enumerate() {
-            let curve = curve(leg)?;
+            let (velocity, end) = relative_ends(chain, leg, motion)?;
+            let relative = RelativeEnds {
+                velocity: &velocity,
+                end: &end,
+            };
+            let curve = curve(leg, relative)?;
             let rate = curve.legs() as f64 / h;
             knots.push(
                 row_by_row(all[leg].as_ref()),
@@ -273,16 +293,6 @@ fn layout(ends: &Ends) -> ChainLayout {
     }
 }
 
-/// The curve that rolls along a leg, in the frame at its start.
-fn rolling(chain: &Framed<'_>, leg: usize, motion: &Motion, fewest: usize) -> Result<DescentStart> {
-    let (velocity, end) = relative_ends(chain, leg, motion)?;
-    let ends = RelativeEnds {
-        velocity: &velocity,
-        end: &end,
-    };
-    DescentStart::rolling(chain.blocks().kind(), ends, fewest)
-}
-
 /// The velocity at the start of a leg, and point and velocity at its end, in the time of the leg and the frame at its
 /// start.
 fn relative_ends(
@@ -308,26 +318,4 @@ fn relative_ends(
         end = end.map(|a| a * &turn);
     }
     Ok((velocity(leg), end))
-}
-
-/// The motion between the knots of the original chain, extracted from the result of a descent.
-fn motion(chain: &Framed<'_>, at: &[usize], found: &LeastCost) -> Motion {
-    let d = chain.size();
-    let mut motion = Motion::zeros(d, at.len());
-    for (knot, at) in at.iter().enumerate() {
-        let velocity = &found.knots.velocities[at * d..][..d];
-        motion.velocity_mut(knot).copy_from_slice(velocity);
-    }
-    for (leg, h) in chain.lengths().iter().enumerate() {
-        let derivatives = &found.derivatives[2 * d * at[leg]..][..2 * d];
-        for (i, (out, x)) in motion
-            .derivatives_mut(leg)
-            .iter_mut()
-            .zip(derivatives)
-            .enumerate()
-        {
-            *out = x * h.powi(if i < d { 2 } else { 3 });
-        }
-    }
-    motion
 }

@@ -7,7 +7,7 @@ use faer::{Mat, MatRef};
 use super::chain::{Chain, SpannedPiece};
 use super::motion::Motion;
 use super::solution::{ChainSolution, Effort, SolvedLegs};
-use crate::collocation::{self, Near};
+use crate::collocation;
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::lazy_taylor::LazyTaylor;
 use crate::cubic::taylor::leg_curve::leg_curve;
@@ -57,27 +57,11 @@ pub(crate) trait InEmbedding: Chain {
         pairs.all(|(a, b)| a.max(*b) <= UNEVEN * a.min(*b))
     }
 
-    /// Velocities of a motion as matrices, column by column.
-    fn matrices_of(&self, motion: &Motion) -> Vec<f64> {
-        let knots = 0..=self.lengths().len();
-        let velocities = knots.map(|knot| entries(self.matrix_of(knot, motion.velocity(knot))));
-        velocities.collect::<Vec<_>>().concat()
-    }
-
-    /// Solves with legs in the embedding, from the spline of flat space or from a motion near a solution; `None` if the
-    /// lengths of the legs are too different, or if the iteration finds no solution while work is left.
+    /// Solves with legs in the embedding, from the spline of flat space.
     ///
     /// # Errors
     /// `Interrupted`, `Overflow`.
-    fn in_embedding(
-        &self,
-        ends: &Ends,
-        near: Option<&Near<'_>>,
-        effort: Effort<'_>,
-    ) -> Result<Option<ChainSolution>> {
-        if !self.is_even(ends) {
-            return Ok(None);
-        }
+    fn in_embedding(&self, ends: &Ends, effort: Effort<'_>) -> Result<ChainSolution> {
         let (points, legs) = (self.points(), self.lengths().len());
         let matrix = |knot: usize, v: &[f64]| entries(self.matrix_of(knot, v));
         let end = |knot: usize, end: &End| match end {
@@ -101,10 +85,7 @@ pub(crate) trait InEmbedding: Chain {
             points: &points,
             knots: &knots,
         };
-        let (report, solved) = chain.solve(near, &options)?;
-        if !report.converged && !effort.work.is_done() {
-            return Ok(None);
-        }
+        let (report, solved) = chain.solve(&options)?;
         let mut motion = Motion::zeros(self.size(), legs + 1);
         if report.converged {
             let (n, k) = points[0].shape();
@@ -127,11 +108,11 @@ pub(crate) trait InEmbedding: Chain {
             turns: solved.turns().map(Arc::from),
             piece: self.embedded_piece(solved),
         });
-        Ok(Some(ChainSolution {
+        Ok(ChainSolution {
             motion,
             report,
             legs,
-        }))
+        })
     }
 
     /// The curves of the legs.

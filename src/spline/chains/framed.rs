@@ -7,11 +7,9 @@ use faer::{Mat, MatRef};
 use super::chain::{Chain, JOINS, Means, Movable};
 use super::motion::Motion;
 use super::neighbours::{Joining, NeighbourLink};
-use crate::cubic::integrated_legs::leg::LegMap;
-use crate::cubic::integrated_legs::leg_of_blocks::leg_of_blocks;
+use crate::cubic::integrated_legs::IntegratedLegs;
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::{Horizontal, complete_over};
-use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::packing::{pack, read_vector, unpack, write_vector};
 use crate::cubic::taylor::state::State;
 use crate::cubic::taylor::work::{work_of_curve, work_of_join};
@@ -87,10 +85,6 @@ impl<'a> Framed<'a> {
         self
     }
 
-    pub(crate) fn interrupt(&self) -> Interrupt<'a> {
-        self.interrupt
-    }
-
     /// Tension of the curves.
     pub(crate) fn tension(&self) -> f64 {
         self.tension
@@ -133,6 +127,20 @@ impl<'a> Framed<'a> {
     /// For each leg, the frame of the next knot relative to the frame of the knot where the leg starts.
     pub(crate) fn targets(&self) -> impl Iterator<Item = &[f64]> {
         self.links.iter().map(|link| link.next.as_slice())
+    }
+
+    /// The state of a leg's cubic where it has the given frame and vectors, in the time of the leg.
+    pub(crate) fn state_in(&self, frame: &Mat<f64>, leg: usize, vectors: &[f64]) -> State {
+        let vectors = unpack::<3>(vectors, self.blocks);
+        let vectors = if self.blocks.k < self.columns {
+            vectors.map(|x| full(&x))
+        } else {
+            vectors
+        };
+        let normals = frame.nrows() - self.columns;
+        let shape = Sizes::new(normals, self.columns, self.blocks.quotient);
+        let state = State::in_blocks(shape, frame, vectors.each_ref());
+        state.in_tension(self.leg_tension(leg))
     }
 
     fn point(&self, knot: usize) -> MatRef<'_, f64> {
@@ -203,7 +211,7 @@ pub(crate) fn frames(kind: Kind, points: &[Mat<f64>]) -> Result<Vec<Mat<f64>>> {
 
 /// Integrates legs and carries vectors.
 pub(crate) struct Worker<'a> {
-    leg: Box<dyn LegMap + 'a>,
+    leg: IntegratedLegs<'a>,
     scratch: Vec<f64>,
 }
 
@@ -221,7 +229,7 @@ impl<'a> Chain for Framed<'a> {
     fn worker(&self) -> Worker<'a> {
         let r = self.blocks.m + self.blocks.k;
         Worker {
-            leg: leg_of_blocks(self.blocks, self.interrupt),
+            leg: IntegratedLegs::new(self.blocks, self.interrupt),
             scratch: vec![0.0; 2 * r * self.columns],
         }
     }
@@ -314,42 +322,12 @@ impl<'a> Chain for Framed<'a> {
         Ok(())
     }
 
-    fn derivative(
-        &self,
-        worker: &mut Worker<'a>,
-        leg: usize,
-        start: &[f64],
-        accuracy: Accuracy,
-    ) -> Result<Option<Mat<f64>>> {
-        let (next, tension) = (&self.links[leg].next, self.leg_tension(leg));
-        let derivative = worker.leg.derivative(start, next, tension, accuracy);
-        derivative.map(Some)
-    }
-
     fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State) {
-        let vectors = unpack::<3>(start, self.blocks);
-        let vectors = if self.blocks.k < self.columns {
-            vectors.map(|x| full(&x))
-        } else {
-            vectors
-        };
-        let normals = self.frames[leg].nrows() - self.columns;
-        let shape = Sizes::new(normals, self.columns, self.blocks.quotient);
-        let state = State::in_blocks(shape, &self.frames[leg], vectors.each_ref());
-        (None, state.in_tension(self.leg_tension(leg)))
+        (None, self.state_in(&self.frames[leg], leg, start))
     }
 
     fn work_of_leg(&self) -> f64 {
         work_of_leg(self.links.len(), self.blocks)
-    }
-
-    fn work_of_derivative(&self) -> f64 {
-        self.derivative_work() * work_of_curve(self.blocks)
-    }
-
-    fn derivative_work(&self) -> f64 {
-        // Each direction of dual numbers costs half a residual; the rest is for small matrices.
-        3.0 + 1.5 * self.size() as f64
     }
 }
 

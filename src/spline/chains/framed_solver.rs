@@ -1,5 +1,4 @@
-//! Splines through knots with frames: by legs in the embedding or by series, whichever is quicker; by integrated legs
-//! if these find nothing.
+//! Splines through knots with frames from that of flat space: by legs in the embedding or by series, whichever is quicker.
 
 use std::sync::Arc;
 
@@ -7,26 +6,22 @@ use faer::{Mat, MatRef};
 
 use super::chain::Chain;
 use super::embedded::InEmbedding;
+use super::flat_spline::flat_spline;
 use super::framed::{Framed, coordinates};
-use super::interpolation::Interpolation;
-use super::iteration::ChainIteration;
 use super::motion::Motion;
-use super::solution::{ChainSolution, ChainStart, Effort, SolvedLegs};
-use crate::collocation::Near;
+use super::solution::{ChainSolution, Effort, SolvedLegs};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::lazy_taylor::LazyTaylor;
 use crate::cubic::taylor::leg_curve::leg_curve;
-use crate::cubic::taylor::march::Accuracy;
-use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::error::Result;
-use crate::legs::{Curves, Knots, Options};
+use crate::legs::{Curves, Knots};
 use crate::linalg::lanes::Lanes;
 use crate::shooting;
 use crate::space::{Homogeneous, Kind, ScalarField, in_space};
 use crate::spline::ends::{Ends, gives_velocity};
 
 /// Largest rotation of a leg, in radians, for which series are used, if velocities at the ends are
-/// given and if they are not; for faster starts the legs are integrated from the beginning. With 6 for given end
+/// given and if they are not; faster starts are left to descents. With 6 for given end
 /// velocities, of 128 splines with end velocities of 10 and more 15 cost two to four times as much and 5 are not
 /// solved. With 5 for both, three of eight splines through 400 rotations up to 1.2 rad apart at uneven times take
 /// thirty times as long; values of 7 to 20 are alike.
@@ -54,42 +49,23 @@ const MANY: usize = 66;
 /// given.
 const STIFF: f64 = 2.5;
 
-/// Integration accuracy of the derivatives of a start.
-const START_ACCURACY: f64 = 1e-6;
-
 impl Framed<'_> {
-    /// Solves the equations of a spline.
+    /// Solves the equations of a spline from that of flat space.
     ///
     /// # Errors
-    /// An error if the start cannot be integrated; `Interrupted`.
-    pub(crate) fn solve(
-        &self,
-        ends: &Ends,
-        start: ChainStart,
-        effort: Effort<'_>,
-    ) -> Result<ChainSolution> {
-        if !self.prefers_series()
-            && let Some(found) = self.by_embedding(ends, &start, effort)?
-        {
-            return Ok(found);
-        }
-        let problem = Interpolation::new(self, ends)?;
-        let is_flat = matches!(start, ChainStart::Flat);
-        let motion = match start {
-            ChainStart::Flat => problem.start()?,
-            ChainStart::Near(motion) => motion,
-        };
-        let takes_series = self.prefers_series() || self.size() <= MANY;
-        if takes_series && self.start_speed(ends, &motion) <= fastest(ends) {
-            let found = self.by_series(ends, &motion, is_flat, effort)?;
-            if found.report.converged || effort.work.is_done() {
+    /// `Interrupted`, and the errors of that start.
+    pub(crate) fn solve(&self, ends: &Ends, effort: Effort<'_>) -> Result<ChainSolution> {
+        let may_embed = self.is_even(ends) || self.size() > MANY;
+        if !self.prefers_series() && may_embed {
+            let found = self.in_embedding(ends, effort)?;
+            if found.report.converged || effort.work.is_done() || self.size() > MANY {
                 return Ok(found);
             }
         }
-        // Failed attempts count as work, not as iterations: closed chains on St(5, 3) need most of their iterations.
-        match is_flat {
-            true => ChainIteration::solve(&problem, motion, effort),
-            false => ChainIteration::solve_near(&problem, motion, effort),
+        let start = flat_spline(self, ends)?;
+        match self.start_speed(ends, &start) <= fastest(ends) {
+            true => self.by_series(ends, start, effort),
+            false => Ok(ChainSolution::unsolved(effort)),
         }
     }
 }
@@ -115,43 +91,6 @@ impl Framed<'_> {
         d.powi(3) <= embedded * r * k * k || longest * self.tension().sqrt() > STIFF
     }
 
-    /// Solves with legs in the embedding, from either start.
-    fn by_embedding(
-        &self,
-        ends: &Ends,
-        start: &ChainStart,
-        effort: Effort<'_>,
-    ) -> Result<Option<ChainSolution>> {
-        let ChainStart::Near(motion) = start else {
-            return self.in_embedding(ends, None, effort);
-        };
-        let near = Near {
-            velocities: self.matrices_of(motion),
-            leg: &|leg, times| self.near_leg(motion, leg, times),
-        };
-        self.in_embedding(ends, Some(&near), effort)
-    }
-
-    /// The fourth derivatives of a leg of a motion at some times, one matrix after another, and its end, by
-    /// integration.
-    fn near_leg(&self, motion: &Motion, leg: usize, times: &[f64]) -> Result<(Vec<f64>, Mat<f64>)> {
-        const ORDERS: usize = 5;
-        let taylor = self.integrated_roughly(motion, leg)?;
-        let (rows, r, k) = (taylor.rows(), taylor.r(), self.columns());
-        let mut series: [Vec<f64>; ORDERS] = std::array::from_fn(|_| vec![0.0; rows * k]);
-        let mut values = Vec::with_capacity(times.len() * r * k);
-        for t in times {
-            taylor.points_into(*t, &mut series.each_mut().map(Vec::as_mut_slice));
-            let fourth = series[ORDERS - 1]
-                .chunks_exact(rows)
-                .flat_map(|column| &column[..r]);
-            values.extend(fourth.map(|c| 24.0 * c));
-        }
-        taylor.point_into(1.0, &mut series[0]);
-        let end = MatRef::from_column_major_slice(&series[0], rows, k);
-        Ok((values, end.subrows(0, r).to_owned()))
-    }
-
     /// The largest rotation of a leg, from a motion's velocities or from the distance between knots.
     fn start_speed(&self, ends: &Ends, motion: &Motion) -> f64 {
         let velocities = &motion.entries[..self.size() * (self.lengths().len() + 1)];
@@ -161,15 +100,9 @@ impl Framed<'_> {
     }
 
     /// Solves by series.
-    fn by_series(
-        &self,
-        ends: &Ends,
-        start: &Motion,
-        is_flat: bool,
-        effort: Effort<'_>,
-    ) -> Result<ChainSolution> {
+    fn by_series(&self, ends: &Ends, start: Motion, effort: Effort<'_>) -> Result<ChainSolution> {
         in_space!(self.shape(), |space| self
-            .in_space(space, ends, start, is_flat, effort))
+            .in_space(space, ends, start, effort))
     }
 
     fn knots<'a>(&'a self, ends: &'a Ends) -> Knots<'a> {
@@ -185,19 +118,13 @@ impl Framed<'_> {
         &self,
         space: impl Homogeneous + 'static,
         ends: &Ends,
-        start: &Motion,
-        is_flat: bool,
+        mut motion: Motion,
         effort: Effort<'_>,
     ) -> Result<ChainSolution> {
         let knots = self.knots(ends);
-        let third_derivative = |leg: usize, times: &[f64]| self.third_derivative(start, leg, times);
         let may_go_on = |products| effort.work.may_go_on(products);
-        let options = Options {
-            third_derivative: (!is_flat).then_some(&third_derivative),
-            ..effort.options(&may_go_on)
-        };
+        let options = effort.options(&may_go_on);
         let knot = space.dim() * (self.lengths().len() + 1);
-        let mut motion = start.clone();
         let (velocities, derivatives) = motion.entries.split_at_mut(knot);
         let (report, curves) =
             shooting::solve::<Lanes, _>(space, &knots, velocities, derivatives, &options)?;
@@ -206,21 +133,6 @@ impl Framed<'_> {
             report,
             legs: curves.map(|curves| self.legs(curves)),
         })
-    }
-
-    /// `x'''` of a leg of a motion at some times, by integration.
-    fn third_derivative(&self, motion: &Motion, leg: usize, times: &[f64]) -> Result<Vec<f64>> {
-        let taylor = self.integrated_roughly(motion, leg)?;
-        Ok(taylor.third_derivatives(times))
-    }
-
-    fn integrated_roughly(&self, motion: &Motion, leg: usize) -> Result<PiecewiseTaylor> {
-        let (_, state) = self.state(leg, &motion.start(leg, self.lengths()[leg]));
-        let mut taylor = PiecewiseTaylor::at(state, Accuracy::of_tolerance(START_ACCURACY));
-        taylor
-            .extend_to(1.0, self.interrupt())
-            .map_err(|error| error.at_knot(leg))?;
-        Ok(taylor)
     }
 
     /// The curves of the legs.

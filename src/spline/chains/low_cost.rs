@@ -1,16 +1,15 @@
 //! Splines through knots that are distant or at very uneven times: the cheapest of several solutions.
 //!
 //! If legs are long or fast, the equations have many solutions, and the one found from the flat spline depends on the
-//! direction in which the knots are passed. The equations are therefore also solved from the results of descents, and
-//! the solution of least cost is returned. Its cost is low, and the same in both directions.
+//! direction in which the knots are passed. Solutions are therefore also sought near the ends of descents, and the one of
+//! least cost is returned. Its cost is low, and the same in both directions.
 
 use super::chain::Chain;
 use super::framed::Framed;
 use super::motion::Motion;
-use super::solution::{ChainSolution, ChainStart, Effort, piece};
+use super::solution::{ChainSolution, piece};
 use crate::error::{Result, unless_interrupted};
 use crate::interrupt::Interrupt;
-use crate::report::Strategy;
 use crate::spline::ends::{Ends, gives_velocity};
 
 /// Leg length above which knots count as distant. Of 400 natural splines through eight points whose neighbours are all
@@ -68,25 +67,17 @@ impl Cheapest {
         Ok(Cheapest { solution, cost })
     }
 
-    /// Solves from another start, if given, and keeps the cheaper solution.
+    /// Keeps the cheaper one of this and another solution.
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(crate) fn try_start(
+    pub(crate) fn compare(
         &mut self,
         chain: &Framed<'_>,
-        ends: &Ends,
-        start: Option<Motion>,
-        effort: Effort<'_>,
+        other: ChainSolution,
+        interrupt: Interrupt<'_>,
     ) -> Result<()> {
-        let Some(motion) = start else {
-            return Ok(());
-        };
-        let Some(found) = solved(chain, ends, ChainStart::Near(motion), effort)? else {
-            return Ok(());
-        };
-        let found = found.found_by(Strategy::Descent);
-        let other = Self::new(chain, found, effort.interrupt);
+        let other = Self::new(chain, other, interrupt);
         if let Some(other) = unless_interrupted(other)?
             && other.cost < (1.0 - SAME_COST) * self.cost
         {
@@ -98,20 +89,6 @@ impl Cheapest {
     pub(crate) fn into_solution(self) -> ChainSolution {
         self.solution
     }
-}
-
-/// The solution found from a start; `None` if none is found.
-///
-/// # Errors
-/// `Interrupted`.
-pub(crate) fn solved(
-    chain: &Framed<'_>,
-    ends: &Ends,
-    start: ChainStart,
-    effort: Effort<'_>,
-) -> Result<Option<ChainSolution>> {
-    let solution = unless_interrupted(chain.solve(ends, start, effort))?;
-    Ok(solution.filter(|solution| solution.report.converged))
 }
 
 /// `int |D_t S'|^2 + tau |S'|^2 dt` in units of time.

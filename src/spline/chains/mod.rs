@@ -1,15 +1,13 @@
 //! Chains of Riemannian cubics through knots, and how they are solved.
 
 pub(crate) mod ambient;
-pub(crate) mod ambient_solver;
 pub(crate) mod chain;
 pub(crate) mod descent;
+pub(crate) mod descent_end;
 pub(crate) mod embedded;
+pub(crate) mod flat_spline;
 pub(crate) mod framed;
 pub(crate) mod framed_solver;
-pub(crate) mod interpolation;
-pub(crate) mod iteration;
-pub(crate) mod linearised;
 pub(crate) mod low_cost;
 pub(crate) mod motion;
 pub(crate) mod neighbours;

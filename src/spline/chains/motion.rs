@@ -53,14 +53,6 @@ impl Motion {
         &mut self.entries[self.size * (self.knots + 2 * leg)..][..2 * self.size]
     }
 
-    /// The largest entry of an acceleration or a third vector.
-    pub(crate) fn largest_derivative(&self) -> f64 {
-        let derivatives = &self.entries[self.size * self.knots..];
-        derivatives
-            .iter()
-            .fold(0.0, |largest, x| largest.max(x.abs()))
-    }
-
     /// Velocity, acceleration and third vector at the start of a leg of length `h`, in the time of the leg.
     pub(crate) fn start(&self, leg: usize, h: f64) -> Vec<f64> {
         let velocity = self.velocity(leg).iter().map(|v| h * v);

@@ -33,13 +33,12 @@ impl<'a> Effort<'a> {
         }
     }
 
-    /// Options of a solver of chains that starts without third derivatives.
+    /// Options of a solver of chains.
     pub(crate) fn options<'o>(&self, may_go_on: &'o dyn Fn(f64) -> bool) -> Options<'o>
     where
         'a: 'o,
     {
         Options {
-            third_derivative: None,
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
             may_go_on,
@@ -60,14 +59,6 @@ impl<'a> Effort<'a> {
     pub(crate) fn is_spent(&self, iterations: usize) -> bool {
         iterations >= self.max_iterations || self.work.is_done()
     }
-}
-
-/// The start of a solver.
-pub(crate) enum ChainStart {
-    /// The spline of flat space.
-    Flat,
-    /// A motion near a solution, to which the solver should converge.
-    Near(Motion),
 }
 
 /// The result of a solver.
@@ -101,6 +92,17 @@ impl ChainSolution {
             report: self.report.found_by(strategy),
             ..self
         }
+    }
+
+    /// No solution, because nothing could be tried.
+    pub(crate) fn unsolved(effort: Effort<'_>) -> Self {
+        let tolerance = effort.tolerance;
+        Self::none(SolverReport::new(
+            effort.reason(0),
+            0,
+            f64::INFINITY,
+            tolerance,
+        ))
     }
 
     /// No solution, with the reason in the report.

@@ -3,17 +3,20 @@
 use super::ambient::Ambient;
 use super::chain::Chain as _;
 use super::descent;
+use super::embedded::InEmbedding as _;
 use super::framed::{Framed, work_of_leg};
 use super::low_cost::{self, Cheapest};
-use super::solution::{ChainSolution, ChainStart, Effort};
+use super::solution::{ChainSolution, Effort};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::work::{TRIALS, Work};
 use crate::error::{Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::Appearance;
-use crate::report::{SolverReport, StopReason, Strategy};
+use crate::report::{StopReason, Strategy};
 use crate::spline::ends::Ends;
 use crate::spline::options::SplineOptions;
+
+pub(crate) const SOLVER: &str = "spline of Riemannian cubics";
 
 /// Minimal number of trials allowed for many knots in few dimensions. With 60, a spline through 40 points of St(20,5)
 /// is not solved.
@@ -50,8 +53,9 @@ pub(crate) fn cheapest(
 ) -> Result<ChainSolution> {
     let work = effort.work;
     // A start too fast to be integrated is left to descents.
-    let first = unless_interrupted(chain.solve(ends, ChainStart::Flat, effort))?;
-    let first = first.unwrap_or_else(|| unsolved(effort));
+    // A start that fails is left to descents.
+    let first = unless_interrupted(chain.solve(ends, effort))?;
+    let first = first.unwrap_or_else(|| ChainSolution::unsolved(effort));
     let first = first.found_by(Strategy::Direct);
     let is_clear = first.report.converged
         && !low_cost::is_far(chain.longest())
@@ -65,8 +69,9 @@ pub(crate) fn cheapest(
         if work.is_done() {
             break;
         }
-        let end = course.end(chain, ends, effort)?;
-        best.try_start(chain, ends, end, effort)?;
+        if let Some(found) = course.end(chain, ends, effort)? {
+            best.compare(chain, found.found_by(Strategy::Descent), effort.interrupt)?;
+        }
     }
     let mut solution = best.into_solution();
     if !solution.report.converged && work.is_done() {
@@ -86,22 +91,12 @@ pub(crate) fn work_of_legs(legs: usize, blocks: Sizes, options: &SplineOptions) 
     options.work(TRIALS_IN_FRAMES, trial, Appearance::Usual)
 }
 
-fn unsolved(effort: Effort<'_>) -> ChainSolution {
-    let reason = effort.reason(0);
-    ChainSolution::none(SolverReport::new(
-        reason,
-        0,
-        f64::INFINITY,
-        effort.tolerance,
-    ))
-}
-
 /// Solves a chain in many dimensions.
 ///
 /// If its knots are distant, the solution need not be the cheapest.
 ///
 /// # Errors
-/// `Interrupted`; an error if the start cannot be integrated.
+/// `Interrupted`, `Overflow` (times that differ too much).
 pub(crate) fn in_ambient(
     chain: &Ambient<'_>,
     ends: &Ends,
@@ -111,6 +106,6 @@ pub(crate) fn in_ambient(
 ) -> Result<ChainSolution> {
     let trial = chain.lengths().len() as f64 * chain.work_of_leg();
     let work = options.work(TRIALS, trial, points);
-    let solution = chain.solve(ends, Effort::new(options, &work, interrupt))?;
+    let solution = chain.in_embedding(ends, Effort::new(options, &work, interrupt))?;
     Ok(solution.found_by(Strategy::Direct))
 }

@@ -1,7 +1,7 @@
 //! Advice for splines that are not found because their times are uneven.
 
 use super::chain::Chain;
-use super::interpolation::Interpolation;
+use super::flat_spline::flat_spline;
 use super::low_cost::FAST;
 use crate::error::Error;
 use crate::report::StopReason;
@@ -21,8 +21,7 @@ pub(crate) fn advised(error: Error, chain: &impl Chain, ends: &Ends) -> Error {
     if is_cut_short || gives_velocity(ends) {
         return error;
     }
-    let start = Interpolation::new(chain, ends).and_then(|flat| flat.start());
-    let Ok(start) = start else {
+    let Ok(start) = flat_spline(chain, ends) else {
         return error;
     };
     let lengths = chain.lengths();

@@ -6,6 +6,7 @@ use crate::error::{Result, unless_interrupted};
 use crate::legs::{End, Ends};
 use crate::spline::chains::ambient::Ambient;
 use crate::spline::chains::chain::Movable;
+use crate::spline::chains::embedded::InEmbedding as _;
 use crate::spline::chains::framed::Framed;
 use crate::spline::chains::low_cost::{cost, is_far};
 use crate::spline::chains::motion::Motion;
@@ -41,7 +42,7 @@ impl Interpolated for Ambient<'_> {
     }
 
     fn interpolated(&self, ends: &Ends, effort: Effort<'_>) -> Result<ChainSolution> {
-        self.solve(ends, effort)
+        self.in_embedding(ends, effort)
     }
 }
 

@@ -221,7 +221,7 @@ impl<'d, C: Movable> SmoothingEquations<'d, C> {
     ) -> Result<Self> {
         let motion = Motion::zeros(chain.size(), chain.lengths().len() + 1);
         let mut equations = Self::near(chain, motion, data, flat, work);
-        let leg_ends = LegEnds::flat(&equations.state.chain, &equations.state.motion, VECTORS)?;
+        let leg_ends = LegEnds::at_rest(&equations.state.chain, VECTORS)?;
         let start = equations.residual_of(&equations.state, leg_ends)?;
         equations.state = equations.advanced(1.0, &start.step)?;
         Ok(equations)

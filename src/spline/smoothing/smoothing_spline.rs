@@ -23,12 +23,13 @@ use super::smoothing_equations::SmoothingData;
 use super::smoothing_options::SmoothingOptions;
 use super::solve::solve;
 use crate::cubic::{IntegrationOptions, RiemannianCubic};
+use crate::curve::Curve as _;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::advised_curve;
 use crate::manifold::{Grassmann, Stiefel};
 use crate::report::{SolverReport, StopReason};
-use crate::space::Quotient;
+use crate::space::{Quotient, ScalarField};
 use crate::spline::bases::joined;
 use crate::spline::chains::ambient::Ambient;
 use crate::spline::chains::framed::{Framed, frames};
@@ -36,7 +37,6 @@ use crate::spline::ends::EndConditions;
 use crate::spline::knots;
 use crate::spline::piecewise::Piecewise;
 use crate::spline::reduced_knots::ReducedKnots;
-use crate::spline::riemannian::check_complex;
 use crate::spline::riemannian::cubic_spline;
 
 const SOLVER: &str = "smoothing spline";
@@ -303,5 +303,57 @@ fn dim(manifold: &Stiefel, quotient: Quotient) -> usize {
     match quotient {
         Quotient::Frames => manifold.dim(),
         Quotient::Subspaces => (manifold.n() - manifold.k()) * manifold.k(),
+    }
+}
+
+/// Returns an error if integrated pieces between complex points have left the complex frames, which real unknowns permit.
+///
+/// # Errors
+/// `NotComplex`, wrapped in `AtKnot`; the errors of evaluating the pieces.
+fn check_complex(field: ScalarField, pieces: &[RiemannianCubic]) -> Result<()> {
+    if field == ScalarField::Real {
+        return Ok(());
+    }
+    for (knot, piece) in pieces.iter().enumerate() {
+        for order in [0, 1] {
+            let middle = piece.derivative(0.5, order)?;
+            let checked = field.check([middle.as_ref()]);
+            checked.map_err(|error| error.at_knot(knot))?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use faer::Mat;
+
+    use super::*;
+    use crate::cubic::IntegrationOptions;
+    use crate::linalg::complex_embedding::embed;
+
+    /// The curve on complex St(2, 1) with a given velocity at the first unit vector, embedded; and one that leaves
+    /// these frames.
+    #[test]
+    fn pieces_that_leave_the_complex_frames_are_refused() {
+        let complex =
+            |entries: [faer::c64; 2]| embed(Mat::from_fn(2, 1, |i, _| entries[i]).as_ref());
+        let number = faer::c64::new;
+        let s = complex([number(1.0, 0.0), number(0.0, 0.0)]);
+        let inside = complex([number(0.0, 0.3), number(0.5, -0.7)]);
+        let mut outside = inside.clone();
+        // Tangent, but the second column is no longer `i` times the first.
+        outside[(1, 1)] += 0.1;
+        let curve = |v: &Mat<f64>| {
+            let (zero, options) = (Mat::zeros(4, 2), IntegrationOptions::default());
+            let [s, v, zero] = [&s, v, &zero].map(|x| x.as_ref());
+            RiemannianCubic::from_initial(s, v, zero, zero, &options, Interrupt::NEVER).unwrap()
+        };
+        let pieces = [curve(&inside), curve(&outside)];
+        assert!(check_complex(ScalarField::Complex, &pieces[..1]).is_ok());
+        let error = check_complex(ScalarField::Complex, &pieces).unwrap_err();
+        assert!(matches!(&error, Error::AtKnot { knot: 1, .. }), "{error}");
+        assert!(matches!(error.cause(), Error::NotComplex { .. }), "{error}");
+        assert!(check_complex(ScalarField::Real, &pieces).is_ok());
     }
 }

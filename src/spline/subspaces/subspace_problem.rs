@@ -7,7 +7,7 @@ use faer::{Mat, MatRef};
 use crate::cubic::taylor::work::Work;
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::span::Span;
-use crate::error::{Error, Result, unless_interrupted};
+use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::Grassmann;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
@@ -18,7 +18,7 @@ use crate::spline::chains::chain::{SpannedSpace, pieces};
 use crate::spline::chains::descent;
 use crate::spline::chains::framed::{Framed, coordinates, frames};
 use crate::spline::chains::motion::Motion;
-use crate::spline::chains::solution::{ChainSolution, ChainStart, Effort, piece};
+use crate::spline::chains::solution::{ChainSolution, Effort, piece};
 use crate::spline::chains::solve;
 use crate::spline::ends::{End, Ends};
 use crate::spline::options::{MAX_ITERATIONS, SplineOptions};
@@ -129,14 +129,10 @@ impl<'a> SubspaceProblem<'a> {
         let start = self.motion_with(&derivatives);
         let work = self.work();
         let effort = Effort::new(&self.options, &work, self.interrupt);
-        let found = self
-            .chain
-            .solve(&self.ends, ChainStart::Near(start), effort);
-        match unless_interrupted(found)? {
-            Some(found) if found.report.converged => Ok(found.found_by(Strategy::Direct)),
-            // No more steps are allowed; the work limit is renewed below.
-            Some(found) if found.report.iterations >= self.options.max_iterations => Ok(found),
-            _ => self.solve(),
+        match descent::nearest_to(&self.chain, &self.ends, &start, effort)? {
+            Some(found) => Ok(found.found_by(Strategy::Direct)),
+            // The work limit is renewed.
+            None => self.solve(),
         }
     }
 

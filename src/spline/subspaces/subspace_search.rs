@@ -8,15 +8,14 @@ use crate::cubic::boundary::search::{DistinctSolutions, SEARCH_WORK};
 use crate::cubic::boundary::solver::scattered;
 use crate::cubic::{RiemannianCubic, SearchOptions};
 use crate::curve::Curve;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, Strategy};
 use crate::solve::gmres::norm;
 use crate::spline::chains::descent::{self, Course::Along};
-use crate::spline::chains::interpolation::Interpolation;
-use crate::spline::chains::low_cost::solved;
+use crate::spline::chains::flat_spline::flat_spline;
 use crate::spline::chains::motion::Motion;
-use crate::spline::chains::solution::{ChainSolution, ChainStart, Effort};
+use crate::spline::chains::solution::{ChainSolution, Effort};
 
 /// Numbers of additional turns of one principal direction; geodesics that turn it by pi return to the same subspace, so
 /// half a turn counts.
@@ -127,18 +126,20 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
     work.allow(SEARCH_WORK);
     let effort = Effort::new(&problem.options, &work, problem.interrupt);
     let mut found = DistinctSolutions::new(options.distinct);
-    let mut try_start = |start: ChainStart, strategy: Strategy| -> Result<()> {
-        if let Some(solution) = solved(chain, ends, start, effort)? {
+    let mut add = |solution: Option<ChainSolution>, strategy: Strategy| {
+        if let Some(solution) = solution.filter(|solution| solution.report.converged) {
             let start = solution.motion.derivatives(0).to_vec();
             found.add((start, solution.found_by(strategy)));
         }
-        Ok(())
     };
     let first = match options.boundary.guess {
-        Some(guess) => ChainStart::Near(problem.motion_with(&problem.derivatives_of(guess)?)),
-        None => ChainStart::Flat,
+        Some(guess) => {
+            let start = problem.motion_with(&problem.derivatives_of(guess)?);
+            descent::nearest_to(chain, ends, &start, effort)?
+        }
+        None => unless_interrupted(chain.solve(ends, effort))?,
     };
-    try_start(first, Strategy::Direct)?;
+    add(first, Strategy::Direct);
     let mut courses = Vec::from(descent::starts(chain, ends)?);
     if let Some(data) = descent::flat_data(chain, ends)? {
         for turns in TURNS {
@@ -147,19 +148,20 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
         }
     }
     for course in courses {
-        if let Some(end) = course.end(chain, ends, effort)? {
-            try_start(ChainStart::Near(end), Strategy::Descent)?;
-        }
+        add(course.end(chain, ends, effort)?, Strategy::Descent);
     }
-    let flat = Interpolation::new(chain, ends)?.start()?;
+    let flat = flat_spline(chain, ends)?;
     let mut random = Random::new(options.seed);
     for attempt in 0..options.starts as usize {
         if work.is_done() {
             break;
         }
         let derivatives = scattered(flat.derivatives(0), speeds(&flat), attempt, &mut random);
-        let start = ChainStart::Near(problem.motion_with(&derivatives));
-        try_start(start, Strategy::Direct)?;
+        let start = problem.motion_with(&derivatives);
+        add(
+            descent::nearest_to(chain, ends, &start, effort)?,
+            Strategy::Direct,
+        );
     }
     let report = SolverReport::new(effort.reason(0), 0, f64::INFINITY, effort.tolerance);
     Ok((found, report))

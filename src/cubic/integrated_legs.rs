@@ -1,51 +1,61 @@
-//! Legs of splines, integrated by Taylor steps on their blocks.
+//! Legs of smoothing splines, integrated by Taylor steps on their blocks.
+//!
+//! From `(x, x', x'')` at the identity the frame reaches `g`. With the next knot's frame `P` and `M = P^T g`,
+//!
+//! ```math
+//! \mathrm{hor}(M I_k),\qquad \mathrm{hor}(M x),\qquad \mathrm{hor}(M x')\qquad\text{at } t = 1
+//! ```
+//!
+//! are the distance from the next knot, and velocity and covariant acceleration there; `hor(M x'')` is the third
+//! vector.
 
 use std::ops::Mul;
 
 use faer::{Mat, MatRef};
 
-use super::leg::LegMap;
-use crate::cubic::taylor::blocks::{BlockSeries, BlockSizes};
+use crate::cubic::taylor::blocks::{BlockSeries, BlockSizes, Sizes};
 use crate::cubic::taylor::initial::{Coordinates, Horizontal};
 use crate::cubic::taylor::march::{Accuracy, SHOOTING_STEPS, TaylorMarch, allowed_steps};
 use crate::cubic::taylor::state::State;
 use crate::cubic::taylor::work::{Work, work_of_step};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::dual::{Dual, Number, jacobian};
+use crate::linalg::dual::Number;
 use crate::linalg::lanes::{LANES, Lanes};
 use crate::space::Kind;
 
 /// Work of eight legs at once, in units of a single leg: at most half of what they cost one by one.
 const ABREAST_WORK: f64 = 4.0;
 
-/// A pass of dual numbers carries `N` directions.
-pub(crate) struct IntegratedLegs<'a, B, const N: usize> {
-    plain: TaylorMarch<f64, B>,
-    abreast: Option<TaylorMarch<Lanes, B>>,
-    several: Option<TaylorMarch<Dual<N>, B>>,
+/// Integrates legs on `St(m + k, k)`, one at a time or eight at once.
+pub(crate) struct IntegratedLegs<'a> {
+    plain: TaylorMarch<f64, Sizes>,
+    abreast: Option<TaylorMarch<Lanes, Sizes>>,
     scratch: Vec<f64>,
     work: f64,
     interrupt: Interrupt<'a>,
 }
 
-impl<'a, B: BlockSizes, const N: usize> IntegratedLegs<'a, B, N> {
-    pub(crate) fn new(blocks: B, interrupt: Interrupt<'a>) -> Self {
+impl<'a> IntegratedLegs<'a> {
+    pub(crate) fn new(blocks: Sizes, interrupt: Interrupt<'a>) -> Self {
         let mut plain = TaylorMarch::new(blocks, Accuracy::FULL);
         plain.max_steps = SHOOTING_STEPS;
         IntegratedLegs {
             plain,
             abreast: None,
-            several: None,
             scratch: Vec::new(),
             work: 0.0,
             interrupt,
         }
     }
-}
 
-impl<B: BlockSizes, const N: usize> LegMap for IntegratedLegs<'_, B, N> {
-    fn ends_into(
+    /// Integrates from `start = (x, x', x'')`, `3d` numbers, to a knot with the frame `next`, shape `(r, r)`, by
+    /// columns. Writes distance, velocity, acceleration and third vector, as far as `values` has room for them. Returns
+    /// `|S(1) - S_1|`. The tension is in the time of the leg.
+    ///
+    /// # Errors
+    /// An error if the cubic cannot be integrated; `Interrupted`.
+    pub(crate) fn ends_into(
         &mut self,
         start: &[f64],
         next: &[f64],
@@ -69,7 +79,12 @@ impl<B: BlockSizes, const N: usize> LegMap for IntegratedLegs<'_, B, N> {
         finite(off_identity(scratch, self.plain.blocks), values)
     }
 
-    fn arrive_abreast_into(
+    /// The same for as many legs as there are lanes, in the time that two legs take: one start, frame and set of values
+    /// per leg. All legs use the shortest step.
+    ///
+    /// # Errors
+    /// As [`IntegratedLegs::ends_into`], if one of the legs cannot be integrated.
+    pub(crate) fn arrive_abreast_into(
         &mut self,
         start: &[Vec<f64>; LANES],
         next: [&[f64]; LANES],
@@ -112,33 +127,13 @@ impl<B: BlockSizes, const N: usize> LegMap for IntegratedLegs<'_, B, N> {
         Ok(distances)
     }
 
-    fn derivative(
-        &mut self,
-        start: &[f64],
-        next: &[f64],
-        tension: f64,
-        accuracy: Accuracy,
-    ) -> Result<Mat<f64>> {
-        let blocks = self.plain.blocks;
-        let several = self
-            .several
-            .get_or_insert_with(|| TaylorMarch::new(blocks, Accuracy::FULL));
-        (several.accuracy, several.max_steps) = (accuracy, self.plain.max_steps);
-        several.series.set_tension(tension);
-        let (interrupt, mut scratch) = (self.interrupt, Vec::new());
-        let (derivative, _) = jacobian(start, |varied| {
-            let mut values = vec![Dual::constant(0.0); varied.len()];
-            evaluate(several, varied, next, interrupt, &mut scratch, &mut values)?;
-            Result::Ok(values)
-        })?;
-        Ok(derivative)
-    }
-
-    fn allow(&mut self, speed: f64) {
+    /// From now on, limits integrations to the number of Taylor steps allowed for the given speed at one end.
+    pub(crate) fn allow(&mut self, speed: f64) {
         self.plain.max_steps = allowed_steps(speed);
     }
 
-    fn work(&self) -> f64 {
+    /// The work of the last integration.
+    pub(crate) fn work(&self) -> f64 {
         self.work
     }
 }
