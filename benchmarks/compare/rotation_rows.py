@@ -15,12 +15,10 @@ def rotations() -> list[Row]:
 
 
 def _setup(count: int) -> Row:
-    rivals = [SCIPY]
-    if count in spline_problems.KEYFRAMES:
-        label = "InterpolatePy, the same problem"
-        rivals.append(Rival("interpolatepy", "interpolatepy", label, at_most=0.1, agree=MEETS, best_of=False))
-    name = f"rotation_setup/{count}"
-    return Row(name, f"natural `RotationSpline`, {count} keyframes from a `Rotation`", tuple(rivals), ahead=1.2)
+    label = "InterpolatePy, the same problem"
+    same = Rival("interpolatepy", "interpolatepy", label, at_most=0.1, agree=MEETS, best_of=False)
+    work = f"natural `RotationSpline`, {count} keyframes from a `Rotation`"
+    return Row(f"rotation_setup/{count}", work, (SCIPY, same), ahead=1.2)
 
 
 def _curve() -> Row:

@@ -9,6 +9,4 @@ mod options;
 
 pub(crate) use dense::{Curves, Dense, Polynomials, RotationSeries};
 pub(crate) use knots::{End, Ends, Knots};
-#[cfg(test)]
-pub(crate) use options::ThirdDerivative;
 pub(crate) use options::{Options, Progress};

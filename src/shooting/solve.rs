@@ -119,6 +119,7 @@ where
     let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, descent.layout.legs())];
     let mut chain = free_chain::<T, S>(space, knots, &descent, &mut room);
     let Some((descending, near)) = before else {
+        (options.may_go_on)(chain.products_of_equations());
         chain.meet_knots();
         return settled(chain, options);
     };
@@ -128,7 +129,20 @@ where
     let reason = chain.descend(&mut progress, bounds, descending)?;
     match chain.rest() <= near {
         true => settled(chain, options),
-        false => Ok(result(chain, progress.report(reason))),
+        false => {
+            // The limit of steps is not the caller's.
+            let reason = match reason {
+                StopReason::MaxIterations => StopReason::Stagnated,
+                other => other,
+            };
+            let SolverReport {
+                iterations,
+                residual,
+                ..
+            } = progress.report(reason);
+            let report = SolverReport::new(reason, iterations, residual, options.tolerance);
+            Ok(result(chain, report))
+        }
     }
 }
 

@@ -7,7 +7,8 @@ use faer::MatRef;
 use super::bases::joined;
 use super::chains::ambient::Ambient;
 use super::chains::chain::{Chain, SpannedSpace, pieces};
-use super::chains::framed::{Framed, coordinates, frames};
+use super::chains::framed::{Framed, blocks, coordinates, frames};
+use super::chains::framed_solver::MANY;
 use super::chains::solution::{ChainSolution, piece};
 use super::chains::solve::{self, SOLVER};
 use super::chains::uneven::advised;
@@ -24,6 +25,7 @@ use crate::legs::Curves;
 use crate::linalg::product::entries;
 use crate::manifold::only_bases::{advised_knots, appearance};
 use crate::report::{SolverReport, StopReason, Strategy};
+use crate::space::Kind;
 
 /// The spline of Riemannian cubics through points, with continuous velocity and covariant acceleration.
 ///
@@ -84,6 +86,7 @@ pub(crate) fn cubic_spline_of_legs(
 
 /// Knots and ends in the coordinates of their span.
 struct SplineProblem<'e> {
+    kind: Kind,
     knots: ReducedKnots,
     ends: &'e EndConditions,
     /// Tension in the time of the mean leg.
@@ -105,6 +108,7 @@ impl<'e> SplineProblem<'e> {
         let longest = knots.lengths.iter().fold(0.0_f64, |most, h| most.max(*h));
         check_leg_tension(tension * longest * longest, knots.is_small())?;
         Ok(SplineProblem {
+            kind: options.kind(),
             knots,
             ends,
             tension,
@@ -116,10 +120,27 @@ impl<'e> SplineProblem<'e> {
     /// # Errors
     /// As [`cubic_spline`].
     fn solve(&self, options: &SplineOptions, interrupt: Interrupt<'_>) -> Result<SolvedPieces> {
-        match self.knots.is_small() {
-            true => self.solve_in_frames(options, interrupt),
-            false => self.solve_in_ambient(options, interrupt),
+        if self.knots.is_small() {
+            return self.solve_in_frames(options, interrupt);
         }
+        let found = self.solve_in_ambient(options, interrupt);
+        let reason = |error: &Error| error.report().map(|report| report.reason);
+        let is_lost = found.as_ref().is_err_and(|error| {
+            matches!(
+                reason(error),
+                Some(StopReason::Stagnated | StopReason::Diverged)
+            )
+        });
+        match is_lost && self.has_few_dimensions() {
+            true => self.solve_in_frames(options, interrupt),
+            false => found,
+        }
+    }
+
+    /// Whether descents may be tried for points with more rows.
+    fn has_few_dimensions(&self) -> bool {
+        let (r, k) = self.knots.shape();
+        blocks(self.kind, [r, k]).dim() <= MANY
     }
 
     fn solve_in_frames(
@@ -127,7 +148,7 @@ impl<'e> SplineProblem<'e> {
         options: &SplineOptions,
         interrupt: Interrupt<'_>,
     ) -> Result<SolvedPieces> {
-        let (kind, (_, columns)) = (options.kind(), self.knots.shape());
+        let (kind, (_, columns)) = (self.kind, self.knots.shape());
         let frames = frames(kind, &self.knots.points)?;
         let ends = self.knots.ends(self.ends, |knot, v| {
             coordinates(kind, frames[knot].as_ref(), v.as_ref())
@@ -152,9 +173,9 @@ impl<'e> SplineProblem<'e> {
     ) -> Result<SolvedPieces> {
         let ends = self.knots.ends(self.ends, |_, v| entries(v));
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
-        let chain = Ambient::new(options.kind(), points, lengths, interrupt)?;
+        let chain = Ambient::new(self.kind, points, lengths, interrupt)?;
         let chain = chain.in_tension(self.tension);
-        let seem = appearance(self.knots.quotient(), &self.knots.points);
+        let seem = appearance(self.kind.quotient, &self.knots.points);
         let solution = solve::in_ambient(&chain, &ends, seem, options, interrupt)?;
         finished(
             (&chain, &ends),

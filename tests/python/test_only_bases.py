@@ -76,8 +76,8 @@ def test_uneven_times_do_not_hide_it(seed):
 @pytest.mark.parametrize("field", ["real", "complex"])
 @pytest.mark.parametrize("bc_type", ["natural", "periodic"])
 def test_splines_through_turned_bases(field, bc_type):
-    n, k = (20, 3) if field == "real" else (12, 2)
-    Y = turned_bases(n, k, 6, field)
+    # Too many dimensions for descents, which find splines through turned bases too.
+    Y = turned_bases(20, 3 if field == "complex" else 4, 6, field)
     if bc_type == "periodic":
         Y[-1] = Y[0]
     with pytest.raises(ConvergenceError, match=HINT) as caught:

@@ -166,10 +166,13 @@ fn interrupts_end_everything() {
             solve_subspace_boundary(&views(&problems), &boundary, interrupt).err(),
             "batch",
         );
-        is_stopped(
-            RiemannianCubic::between_subspaces(y0, v0, y1, v1, &near, interrupt).err(),
-            "guess",
-        );
+        // This one is solved within 20 polls.
+        if last < 20 {
+            is_stopped(
+                RiemannianCubic::between_subspaces(y0, v0, y1, v1, &near, interrupt).err(),
+                "guess",
+            );
+        }
         is_stopped(
             RiemannianCubic::all_between_subspaces(y0, v0, y1, v1, &search, interrupt).err(),
             "search",

@@ -8,7 +8,7 @@ import numpy as np
 from interpolatepy import HAS_CPP
 from interpolatepy.quaternion import Quaternion, ShootingQuaternionInterpolation
 
-from benchmarks.compare import spline_problems
+from benchmarks.compare import rotation_problems, spline_problems
 from benchmarks.compare.protocol import Task, Tasks, serve
 from benchmarks.compare.spline_problems import Knots, rotations
 from benchmarks.problems import Array
@@ -63,10 +63,9 @@ def points_task() -> Task:
 def tasks() -> Tasks:
     """All tasks by name."""
     # The same work is in two rows: with curves on St(3, 2), and with splines of rotations.
+    counts = {"spline_setup": spline_problems.KEYFRAMES, "rotation_setup": rotation_problems.COUNTS}
     found: Tasks = {
-        f"{row}/{count}:interpolatepy": partial(setup_task, count)
-        for row in ("spline_setup", "rotation_setup")
-        for count in spline_problems.KEYFRAMES
+        f"{row}/{count}:interpolatepy": partial(setup_task, count) for row in counts for count in counts[row]
     }
     found["spline_points:interpolatepy"] = points_task
     return found

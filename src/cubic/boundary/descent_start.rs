@@ -77,7 +77,8 @@ impl DescentStart {
         Ok(Self::new(problem.kind(), problem.relative_ends(), knots))
     }
 
-    /// Along a cubic on `[0, 1]`, in the frame at its start, which need not have the given end.
+    /// Along a cubic on `[0, 1]`, in the frame at its start, which need not have the given end. The number of legs is a multiple of
+    /// `multiple`.
     ///
     /// # Errors
     /// An error if it is too fast.
@@ -85,6 +86,7 @@ impl DescentStart {
         kind: Kind,
         ends: RelativeEnds<'_>,
         cubic: &PiecewiseTaylor,
+        multiple: usize,
     ) -> Result<Self> {
         let (r, k) = ends.end[0].shape();
         let rows = cubic.rows();
@@ -99,7 +101,7 @@ impl DescentStart {
         let pieces = cubic.pieces.iter().map(|piece| piece.upper.min(1.0));
         let speeds = pieces.map(|t| at(t)[1].norm_l2());
         let speed = speeds.fold(at(0.0)[1].norm_l2(), f64::max);
-        let count = legs(speed, LEGS)?;
+        let count = legs(speed, multiple)?;
         let knots = (0..=count).map(|i| at(i as f64 / count as f64));
         Ok(Self::new(kind, ends, knots.collect()))
     }

@@ -125,22 +125,36 @@ impl RiemannianCubic {
         if found.solutions.is_empty() {
             return Err(solver.failure());
         }
-        let mut ranked = Vec::new();
-        for (_, (solution, report)) in found.solutions {
+        let curve = |(_, (solution, report)): (_, Reported)| {
             let taylor = solution.into_taylor(&problem, interrupt)?;
-            let frame = problem.frame.clone();
-            let curve = Self::of_taylor(
+            let frame = problem.frame.clone().map(Arc::new);
+            Ok(Self::of_taylor(
                 problem.n,
                 problem.k,
-                frame.map(Arc::new),
+                frame,
                 taylor,
                 Some(report),
-            );
-            ranked.push((curve.cost(interrupt)?, curve));
-        }
-        ranked.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        Ok(ranked.into_iter().map(|(_, curve)| curve).collect())
+            ))
+        };
+        let curves = found.solutions.into_iter().map(curve);
+        ranked(curves.collect::<Result<_>>()?, interrupt)
     }
+}
+
+/// Sorts by cost, cheapest first.
+///
+/// # Errors
+/// The errors of [`Curve::cost`].
+pub(crate) fn ranked(
+    curves: Vec<RiemannianCubic>,
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<RiemannianCubic>> {
+    let mut ranked = Vec::new();
+    for curve in curves {
+        ranked.push((curve.cost(interrupt)?, curve));
+    }
+    ranked.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    Ok(ranked.into_iter().map(|(_, curve)| curve).collect())
 }
 
 /// Distinct solutions found so far: `(x', x'')` at the start, and associated data.

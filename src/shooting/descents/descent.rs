@@ -9,7 +9,7 @@
 //! Nocedal, Wright (2006), "Numerical Optimization", 2nd ed., sec. 4.1, 10.3 (Levenberg-Marquardt steps).
 
 use super::chain_knots::ChainKnots;
-use super::descent_state::{DAMPING, FARTHEST, LOWER, MOST, RAISE};
+use super::descent_state::{DAMPING, DescentStep, FARTHEST, LOWER, MOST, RAISE};
 use super::free_chain::FreeChain;
 use crate::error::Result;
 use crate::legs::{Options, Progress};
@@ -81,7 +81,9 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
             return;
         }
         let before = self.descent_state();
-        if let Some(step) = before.newton_step(SHORTEST) {
+        let step = before.newton_step(f64::INFINITY);
+        let is_short = |step: &DescentStep| self.layout.largest_change(&step.change) <= SHORTEST;
+        if let Some(step) = step.filter(is_short) {
             let rest = self.rest();
             self.try_step(&step);
             self.set_forces();

@@ -12,39 +12,52 @@ use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::taylor::state::State;
 use crate::cubic::taylor::work::work_of_step;
-use crate::error::{Result, unless_interrupted};
+use crate::error::{Error, Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::linalg::field::larger;
 use crate::manifold::grassmann::alignment::alignment;
+use crate::report::{SolverReport, StopReason};
 use crate::shooting::LeastCost;
+use crate::solve::gmres::norm;
 use crate::space::Quotient;
 use crate::threads::{self, scaled};
 
 /// Microseconds of integrating a leg between rotations.
 const LEG: f64 = 10.0;
 
-/// Integration accuracy of the curves of a start.
+/// Integration accuracy of the curves of a start, and the largest speed at their ends, as in flat space, for which a chain has
+/// enough legs.
 const ROUGH: f64 = 1e-6;
+const FASTEST: f64 = 1536.0;
 
 /// The curve of a leg of a motion, roughly, in the frame at its start.
 ///
 /// # Errors
-/// An error if it cannot be integrated; `Interrupted`.
+/// An error if it is too fast for a chain, or cannot be integrated; `Interrupted`.
 pub(crate) fn roughly_integrated(
     chain: &Framed<'_>,
     leg: usize,
     motion: &Motion,
-    interrupt: Interrupt<'_>,
+    effort: Effort<'_>,
 ) -> Result<PiecewiseTaylor> {
     let (r, h) = (chain.frames()[leg].nrows(), chain.lengths()[leg]);
-    let state = chain.state_in(&Mat::identity(r, r), leg, &motion.start(leg, h));
+    let start = motion.start(leg, h);
+    let sizes = start.chunks_exact(chain.size()).map(norm);
+    let speed: f64 = sizes.zip([1.0, 1.0, 0.5]).map(|(x, part)| part * x).sum();
+    if speed > FASTEST {
+        return Err(Error::Overflow { quantity: "speed" });
+    }
+    let state = chain.state_in(&Mat::identity(r, r), leg, &start);
     let mut taylor = PiecewiseTaylor::at(state, Accuracy::of_tolerance(ROUGH));
-    taylor.extend_to(1.0, interrupt)?;
+    taylor.extend_to(1.0, effort.interrupt)?;
+    effort
+        .work
+        .count(taylor.len() as f64 * work_of_step(chain.blocks()));
     Ok(taylor)
 }
 
-/// The spline of a chain at rest whose knots with the indices `at` are those of the spline; `None` if its legs, as they are
-/// integrated, do not meet.
+/// The spline of a chain at rest whose knots with the indices `at` are those of the spline; not converged if its legs, as
+/// they are integrated, do not meet.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -53,7 +66,7 @@ pub(crate) fn solution(
     at: &[usize],
     found: &LeastCost,
     effort: Effort<'_>,
-) -> Result<Option<ChainSolution>> {
+) -> Result<ChainSolution> {
     let legs = ShortLegs { chain, at, found };
     let micros = scaled(LEG, chain.frames()[0].shape());
     let all = threads::map(
@@ -65,7 +78,7 @@ pub(crate) fn solution(
     let (mut curves, mut gap) = (Vec::with_capacity(all.len()), 0.0);
     for one in all {
         let Some((curve, between)) = unless_interrupted(one)? else {
-            return Ok(None);
+            return Ok(ChainSolution::unsolved(effort));
         };
         effort
             .work
@@ -73,10 +86,17 @@ pub(crate) fn solution(
         gap = larger(gap, between);
         curves.push(curve);
     }
-    if gap.is_nan() || gap > effort.tolerance {
-        return Ok(None);
+    let SolverReport {
+        iterations,
+        tolerance,
+        ..
+    } = found.report;
+    if gap.is_nan() || gap > tolerance {
+        let gap = if gap.is_nan() { f64::INFINITY } else { gap };
+        let report = SolverReport::new(StopReason::Stagnated, iterations, gap, tolerance);
+        return Ok(ChainSolution::none(report));
     }
-    Ok(Some(ChainSolution {
+    Ok(ChainSolution {
         motion: legs.motion(),
         report: found.report,
         legs: Some(SolvedLegs {
@@ -84,7 +104,7 @@ pub(crate) fn solution(
             turns: None,
             piece: Arc::new(move |leg| Some((None, curves[leg].clone().into()))),
         }),
-    }))
+    })
 }
 
 /// The legs of a chain between the knots of a spline.
@@ -95,28 +115,22 @@ struct ShortLegs<'a> {
 }
 
 impl ShortLegs<'_> {
-    /// The curve of a leg of the spline, and the largest distance between the end of a short leg and the next knot.
+    /// The curve of a leg of the spline, and the largest difference between a short leg and the next one or, at the next
+    /// knot of the spline, the point and velocity there.
     ///
     /// # Errors
     /// An error if it cannot be integrated; `Interrupted`.
     fn together(&self, leg: usize, interrupt: Interrupt<'_>) -> Result<(PiecewiseTaylor, f64)> {
         let (mut curve, mut gap) = (self.short(leg, 0, interrupt)?, 0.0);
+        let step = 1.0 / self.parts(leg) as f64;
         for part in 1..self.parts(leg) {
-            let mut next = self.short(leg, part, interrupt)?;
-            if let Some(turn) = self.turn(&curve.last, &next.first)? {
-                next = next.in_terms_of(turn.as_ref());
-            }
-            gap = larger(gap, distance(&curve.last, &next.first));
+            let next = self.turned(&curve, self.short(leg, part, interrupt)?)?;
+            gap = larger(gap, difference(&curve.last, &next.first, 2, step));
             curve = curve.followed_by(next);
         }
-        let d = self.chain.size();
-        let knot = self
-            .chain
-            .state_in(&self.chain.frames()[leg + 1], leg, &vec![0.0; 3 * d]);
-        let away = match self.turn(&curve.last, &knot)? {
-            Some(turn) => (point(&knot) * turn - point(&curve.last)).norm_l2(),
-            None => distance(&curve.last, &knot),
-        };
+        let knot = self.state(leg, self.at[leg + 1], false);
+        let knot = self.turned(&curve, PiecewiseTaylor::at(knot, Accuracy::FULL))?;
+        let away = difference(&curve.last, &knot.first, 1, step);
         Ok((curve, larger(gap, away)))
     }
 
@@ -126,11 +140,7 @@ impl ShortLegs<'_> {
 
     /// A short leg, integrated from its first knot.
     fn short(&self, leg: usize, part: usize, interrupt: Interrupt<'_>) -> Result<PiecewiseTaylor> {
-        let (r, h) = (self.chain.frames()[leg].nrows(), self.chain.lengths()[leg]);
-        let index = self.at[leg] + part;
-        let frame = &self.found.knots.frames[index * r * r..][..r * r];
-        let frame = MatRef::from_row_major_slice(frame, r, r).to_owned();
-        let mut state = self.chain.state_in(&frame, leg, &self.vectors(index, h));
+        let mut state = self.state(leg, self.at[leg] + part, true);
         let step = 1.0 / self.parts(leg) as f64;
         state.time = step * part as f64;
         let mut taylor = PiecewiseTaylor::at(state, Accuracy::FULL);
@@ -142,6 +152,25 @@ impl ShortLegs<'_> {
         Ok(taylor)
     }
 
+    /// The state at a knot of the chain, in the time of a leg of the spline; without derivatives of the velocity if a short
+    /// leg only ends there.
+    fn state(&self, leg: usize, index: usize, starts: bool) -> State {
+        let (r, d) = (self.chain.frames()[leg].nrows(), self.chain.size());
+        let frame = &self.found.knots.frames[index * r * r..][..r * r];
+        let frame = MatRef::from_row_major_slice(frame, r, r).to_owned();
+        let h = self.chain.lengths()[leg];
+        let vectors = match starts {
+            true => self.vectors(index, h),
+            false => {
+                let velocity = &self.found.knots.velocities[index * d..][..d];
+                let mut vectors: Vec<f64> = velocity.iter().map(|v| h * v).collect();
+                vectors.resize(3 * d, 0.0);
+                vectors
+            }
+        };
+        self.chain.state_in(&frame, leg, &vectors)
+    }
+
     /// Velocity, acceleration and third vector at the first knot of a short leg, in the time of a leg of length `h`.
     fn vectors(&self, index: usize, h: f64) -> Vec<f64> {
         let d = self.chain.size();
@@ -151,12 +180,13 @@ impl ShortLegs<'_> {
         all.map(|(i, x)| x * h.powi(1 + (i / d) as i32)).collect()
     }
 
-    /// For subspaces, what turns a basis to another one of nearly the same subspace.
-    fn turn(&self, reached: &State, basis: &State) -> Result<Option<Mat<f64>>> {
-        match self.chain.blocks().quotient {
-            Quotient::Frames => Ok(None),
-            Quotient::Subspaces => alignment(point(reached), point(basis)).map(Some),
+    /// The next part of a curve, for subspaces in the basis that the curve has reached.
+    fn turned(&self, curve: &PiecewiseTaylor, next: PiecewiseTaylor) -> Result<PiecewiseTaylor> {
+        if self.chain.blocks().quotient == Quotient::Frames {
+            return Ok(next);
         }
+        let turn = alignment(point(&curve.last), point(&next.first))?;
+        Ok(next.in_terms_of(turn.as_ref()))
     }
 
     /// The motion between the knots of the spline.
@@ -180,6 +210,13 @@ fn point(state: &State) -> MatRef<'_, f64> {
     state.frame().subcols(0, state.blocks.k)
 }
 
-fn distance(reached: &State, next: &State) -> f64 {
-    (point(reached) - point(next)).norm_l2()
+/// The largest difference of the points of two states and of their derivatives up to the given order, velocity and
+/// acceleration, in a unit of time.
+fn difference(reached: &State, next: &State, order: usize, unit: f64) -> f64 {
+    let [a, b] = [reached, next].map(|state| (state.frame(), state.vectors()));
+    let points = (point(reached) - point(next)).norm_l2();
+    (0..order).fold(points, |most, i| {
+        let change = a.0 * a.1[i].tangent() - b.0 * b.1[i].tangent();
+        larger(most, unit.powi(1 + i as i32) * change.norm_l2())
+    })
 }

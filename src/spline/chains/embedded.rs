@@ -17,7 +17,8 @@ use crate::linalg::product::entries;
 use crate::space::{Kind, in_space};
 use crate::spline::ends::{End, Ends};
 
-/// Largest ratio of the lengths of neighbouring legs for which legs in the embedding are used. They meet the tolerance in
+/// Largest ratio of the lengths of neighbouring legs for which legs in the embedding are used where there are other methods.
+/// They meet the tolerance in
 /// the time of the shorter leg; in the time of the longer one, accelerations jump by 1e-9 to 6e-9 at a ratio of 1000, and
 /// by up to 1e-4 at 1e8.
 const UNEVEN: f64 = 100.0;

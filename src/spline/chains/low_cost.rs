@@ -67,7 +67,7 @@ impl Cheapest {
         Ok(Cheapest { solution, cost })
     }
 
-    /// Keeps the cheaper one of this and another solution.
+    /// Keeps the cheaper one of this and another solution; of two that are not converged the first one with a residual.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -79,11 +79,15 @@ impl Cheapest {
     ) -> Result<()> {
         let other = Self::new(chain, other, interrupt);
         if let Some(other) = unless_interrupted(other)?
-            && other.cost < (1.0 - SAME_COST) * self.cost
+            && (other.cost < (1.0 - SAME_COST) * self.cost || self.has_no_residual())
         {
             *self = other;
         }
         Ok(())
+    }
+
+    fn has_no_residual(&self) -> bool {
+        self.solution.report.residual.is_infinite()
     }
 
     pub(crate) fn into_solution(self) -> ChainSolution {

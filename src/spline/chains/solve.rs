@@ -52,7 +52,6 @@ pub(crate) fn cheapest(
     further: f64,
 ) -> Result<ChainSolution> {
     let work = effort.work;
-    // A start too fast to be integrated is left to descents.
     // A start that fails is left to descents.
     let first = unless_interrupted(chain.solve(ends, effort))?;
     let first = first.unwrap_or_else(|| ChainSolution::unsolved(effort));
@@ -69,9 +68,8 @@ pub(crate) fn cheapest(
         if work.is_done() {
             break;
         }
-        if let Some(found) = course.end(chain, ends, effort)? {
-            best.compare(chain, found.found_by(Strategy::Descent), effort.interrupt)?;
-        }
+        let found = course.end(chain, ends, effort)?;
+        best.compare(chain, found.found_by(Strategy::Descent), effort.interrupt)?;
     }
     let mut solution = best.into_solution();
     if !solution.report.converged && work.is_done() {

@@ -129,10 +129,11 @@ impl<'a> SubspaceProblem<'a> {
         let start = self.motion_with(&derivatives);
         let work = self.work();
         let effort = Effort::new(&self.options, &work, self.interrupt);
-        match descent::nearest_to(&self.chain, &self.ends, &start, effort)? {
-            Some(found) => Ok(found.found_by(Strategy::Direct)),
-            // The work limit is renewed.
-            None => self.solve(),
+        let found = descent::nearest_to(&self.chain, &self.ends, &start, effort)?;
+        match found.report.converged || found.report.reason == StopReason::MaxIterations {
+            true => Ok(found.found_by(Strategy::Direct)),
+            // With the work limit renewed.
+            false => self.solve(),
         }
     }
 

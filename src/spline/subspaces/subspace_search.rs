@@ -4,10 +4,9 @@ use faer::MatRef;
 
 use super::subspace_problem::{SOLVER, SubspaceData, SubspaceProblem, check};
 use crate::cubic::boundary::random::Random;
-use crate::cubic::boundary::search::{DistinctSolutions, SEARCH_WORK};
+use crate::cubic::boundary::search::{DistinctSolutions, SEARCH_WORK, ranked};
 use crate::cubic::boundary::solver::scattered;
 use crate::cubic::{RiemannianCubic, SearchOptions};
-use crate::curve::Curve;
 use crate::error::{Error, Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, Strategy};
@@ -81,16 +80,6 @@ impl RiemannianCubic {
     }
 }
 
-/// Sorts by cost, cheapest first.
-fn ranked(curves: Vec<RiemannianCubic>, interrupt: Interrupt<'_>) -> Result<Vec<RiemannianCubic>> {
-    let mut ranked = Vec::new();
-    for curve in curves {
-        ranked.push((curve.cost(interrupt)?, curve));
-    }
-    ranked.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    Ok(ranked.into_iter().map(|(_, curve)| curve).collect())
-}
-
 /// The solutions on the sphere to a unit vector of the last line, and to its negative.
 fn all_between_lines(
     data: SubspaceData<'_>,
@@ -126,8 +115,8 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
     work.allow(SEARCH_WORK);
     let effort = Effort::new(&problem.options, &work, problem.interrupt);
     let mut found = DistinctSolutions::new(options.distinct);
-    let mut add = |solution: Option<ChainSolution>, strategy: Strategy| {
-        if let Some(solution) = solution.filter(|solution| solution.report.converged) {
+    let mut add = |solution: ChainSolution, strategy: Strategy| {
+        if solution.report.converged {
             let start = solution.motion.derivatives(0).to_vec();
             found.add((start, solution.found_by(strategy)));
         }
@@ -137,7 +126,8 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
             let start = problem.motion_with(&problem.derivatives_of(guess)?);
             descent::nearest_to(chain, ends, &start, effort)?
         }
-        None => unless_interrupted(chain.solve(ends, effort))?,
+        None => unless_interrupted(chain.solve(ends, effort))?
+            .unwrap_or_else(|| ChainSolution::unsolved(effort)),
     };
     add(first, Strategy::Direct);
     let mut courses = Vec::from(descent::starts(chain, ends)?);
