@@ -2548,9 +2548,10 @@ class CubicSpline(PiecewiseCurve):
         If True, the first and the last piece are continued outside ``[t[0], t[-1]]``; by default such times raise.
     tol : float, default 1e-12
         Largest distance between the end of a piece and its knot, and largest jump of the covariant acceleration, with
-        the duration of the piece as the unit of time.
+        the duration of the piece as the unit of time; where a descent finds the spline, that of the parts of the piece.
     max_iterations : int, default 200
-        Largest number of steps. More than 200 raise the work limit, about two seconds, in proportion.
+        Largest number of steps, not counting descents. More than 200 raise the work limit, about two seconds, in
+        proportion.
     tension : float, default 0.0
         Weight of the squared velocity, for Riemannian pieces: the integral of ``|A|^2 + tension |V|^2`` is stationary,
         and for large values the curve is close to geodesics between the points. In units of ``1 / t^2``, at least 0,

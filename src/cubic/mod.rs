@@ -21,7 +21,6 @@
 pub(crate) mod boundary;
 mod boundary_options;
 mod derivative_bounds;
-pub(crate) mod integrated_legs;
 mod integration_options;
 pub(crate) mod integrators;
 mod interval;

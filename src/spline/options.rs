@@ -28,10 +28,11 @@ pub(super) const MAX_ITERATIONS: usize = 200;
 #[derive(Clone, Copy)]
 pub struct SplineOptions {
     /// The iteration has converged once all point and velocity defects of legs, and all jumps of the covariant
-    /// acceleration, are at most this, in the time of a leg.
+    /// acceleration, are at most this, in the time of a leg; at the end of a descent, once the gradient of the cost with respect
+    /// to the free points and velocities is, in the time of the parts of legs.
     pub tolerance: f64,
-    /// Maximal number of steps of fixed-point iteration and Newton's method together. Values above the default raise
-    /// the [limit of work](crate::StopReason::WorkLimit) in proportion.
+    /// Maximal number of steps of each solver, of fixed-point iteration or Newton's method, not counting descents. Values
+    /// above the default raise the [limit of work](crate::StopReason::WorkLimit) in proportion.
     pub max_iterations: usize,
     /// `tau >= 0` of a spline in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary, in units of `1 /
     /// t^2`. `tau` times the square of the longest leg must be at most 64, or 6.25 if the points have more than 12 rows

@@ -88,3 +88,17 @@ def test_accelerations_do_not_jump_between_uneven_legs_in_many_dimensions(ratio)
         points.append(manifold.exp(points[-1], length * V / manifold.norm(points[-1], V)))
     curve = CubicSpline(t, np.stack(points))
     assert largest_jump(curve, t) < 1e-10
+
+
+def test_far_points_with_more_rows_are_joined_by_a_descent():
+    # Legs in the embedding do not converge; with frames there are 29 dimensions.
+    manifold, rng = Stiefel(16, 2), np.random.default_rng(0)
+    points = [manifold.random_point(rng)]
+    for _ in range(6):
+        v = manifold.random_tangent(points[-1], rng)
+        points.append(manifold.exp(points[-1], 1.9 * v / manifold.norm(points[-1], v)))
+    t = np.array([0.0, 1.0, 4.0, 5.0, 9.0, 10.0, 14.0])
+    curve = CubicSpline(t, np.array(points))
+    assert curve.report.strategy == "descent"
+    np.testing.assert_allclose(curve(t), points, atol=1e-13)
+    assert largest_jump(curve, t) < MET

@@ -10,7 +10,7 @@ use crate::smoothness::{MET, SMOOTH, acceleration, jump, spline, velocity};
 
 #[test]
 fn knots_far_apart_are_joined() {
-    // Space is far from flat along a leg: descents, or Newton's method by GMRES in many dimensions.
+    // Space is far from flat along a leg: descents, or legs in the embedding in many dimensions.
     for (shape, step, count) in [
         ((3, 1), 1.6, 12),
         ((3, 1), 2.2, 4),

@@ -125,7 +125,7 @@ fn walk((n, k): (usize, usize), count: usize, far: f64, rng: &mut Rng) -> Vec<Ma
     points
 }
 
-/// By series, by collocation, by integrated legs and in the ambient space.
+/// By series, in the embedding with few and with many rows, and by descents.
 #[test]
 fn splines_are_twice_differentiable_and_pieces_know_their_tension() {
     for (shape, far) in [

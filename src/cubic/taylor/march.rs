@@ -66,7 +66,7 @@ impl Accuracy {
     /// The order for a tolerance, `5 - ln(tolerance) / 2`. The fewest multiplications per unit of time take four terms
     /// less (Jorba, Zou), but steps have other costs too. With that order, curves on St(3,1) to St(50,5) take 0.93 to
     /// 1.9 times as long over one unit of time, for tolerances from 1e-13 to 1e-3, and up to 5 times over 20 units on
-    /// St(3,2). Splines with integrated legs, whose accuracies were chosen for it, would take 0.67 to 1.18 times as long.
+    /// St(3,2).
     pub(crate) fn of_tolerance(tolerance: f64) -> Self {
         let truncation = tolerance.max(Self::FULL.truncation);
         let order = (5.0 - 0.5 * truncation.ln()).ceil() as usize;

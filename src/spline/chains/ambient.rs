@@ -11,7 +11,6 @@ use faer::{Mat, MatMut, MatRef};
 use super::chain::{Chain, JOINS, Means, Movable, square};
 use super::embedded::InEmbedding;
 use super::motion::Motion;
-use crate::cubic::integrated_legs::{Passage, end_of_leg};
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::Coordinates;
 use crate::cubic::taylor::state::State;
@@ -27,6 +26,7 @@ use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::solve::direction::Direction;
 use crate::space::{Kind, Quotient};
+use crate::spline::chains::integrated_legs::{Passage, end_of_leg};
 use crate::spline::joining_curves::{JoiningCurve, joining_curves};
 use crate::threads::{self, ALWAYS};
 

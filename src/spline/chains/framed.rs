@@ -1,4 +1,4 @@
-//! A chain whose points have at most `max(12, 4k)` rows: every knot has an orthogonal frame, and vectors are coordinates in it.
+//! A chain in few dimensions: every knot has an orthogonal frame, and vectors are coordinates in it.
 
 use std::sync::Arc;
 
@@ -7,7 +7,6 @@ use faer::{Mat, MatRef};
 use super::chain::{Chain, JOINS, Means, Movable};
 use super::motion::Motion;
 use super::neighbours::{Joining, NeighbourLink};
-use crate::cubic::integrated_legs::IntegratedLegs;
 use crate::cubic::taylor::blocks::Sizes;
 use crate::cubic::taylor::initial::{Horizontal, complete_over};
 use crate::cubic::taylor::packing::{pack, read_vector, unpack, write_vector};
@@ -24,6 +23,7 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::solve::direction::Direction;
 use crate::space::{Kind, Quotient, Shape};
+use crate::spline::chains::integrated_legs::IntegratedLegs;
 use crate::spline::joining_curves::JOIN;
 use crate::threads::{self, scaled};
 

@@ -8,6 +8,7 @@ pub(crate) mod embedded;
 pub(crate) mod flat_spline;
 pub(crate) mod framed;
 pub(crate) mod framed_solver;
+pub(crate) mod integrated_legs;
 pub(crate) mod low_cost;
 pub(crate) mod motion;
 pub(crate) mod neighbours;
