@@ -135,9 +135,8 @@ impl Course {
         let kind = chain.blocks().kind();
         match self {
             Course::Rolling(start) => {
-                let fewest = fewest_legs(chain);
-                let start = FreeKnots::new(chain, ends, start, |_, ends| {
-                    DescentStart::rolling(kind, ends, fewest)
+                let start = FreeKnots::new(chain, ends, start, |leg, ends| {
+                    DescentStart::rolling(kind, ends, fewest_parts(chain, leg))
                 });
                 nearest(chain, start, Some(TOLERANCE), effort)
             }
@@ -151,9 +150,12 @@ impl Course {
     }
 }
 
-/// Minimal number of parts of a leg.
-fn fewest_legs(chain: &Framed<'_>) -> usize {
-    FEWEST_LEGS.div_ceil(chain.lengths().len())
+/// Minimal number of parts of a leg: in tension, deviations grow at most by a factor of `e` along one.
+fn fewest_parts(chain: &Framed<'_>, leg: usize) -> usize {
+    let growth = chain.lengths()[leg] * chain.tension().sqrt();
+    FEWEST_LEGS
+        .div_ceil(chain.lengths().len())
+        .max(growth.ceil() as usize)
 }
 
 /// The solution of a chain of subspaces near a motion, by Newton's method from its curves; not converged if it finds none.
@@ -166,10 +168,10 @@ pub(crate) fn nearest_to(
     motion: &Motion,
     effort: Effort<'_>,
 ) -> Result<ChainSolution> {
-    let (kind, fewest) = (chain.blocks().kind(), fewest_legs(chain));
+    let kind = chain.blocks().kind();
     let start = FreeKnots::new(chain, ends, motion, |leg, ends| {
         let cubic = descent_end::roughly_integrated(chain, leg, motion, effort)?;
-        DescentStart::along_cubic(kind, ends, &cubic, fewest)
+        DescentStart::along_cubic(kind, ends, &cubic, fewest_parts(chain, leg))
     });
     nearest(chain, start, None, effort)
 }
