@@ -130,7 +130,7 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
             .unwrap_or_else(|| ChainSolution::unsolved(effort)),
     };
     add(first, Strategy::Direct);
-    let mut courses = Vec::from(descent::starts(chain, ends)?);
+    let mut courses = descent::starts(chain, ends)?;
     if let Some(data) = descent::flat_data(chain, ends)? {
         for turns in TURNS {
             courses.extend(data.turned_together(turns)?.into_iter().map(Along));
