@@ -30,6 +30,9 @@ pub(crate) const LEGS: usize = 8;
 const MOST_LEGS: usize = 1024;
 const LONGEST_LEG: f64 = 1.5;
 
+/// Largest speed for which there are enough legs.
+pub(crate) const FASTEST: f64 = LONGEST_LEG * MOST_LEGS as f64;
+
 /// Largest derivative of `3 t^2 - 2 t^3`, the fraction of its rotation that a rolling curve has completed.
 const TURN_RATE: f64 = 1.5;
 

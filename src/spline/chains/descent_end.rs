@@ -8,6 +8,7 @@ use super::chain::Chain as _;
 use super::framed::Framed;
 use super::motion::Motion;
 use super::solution::{ChainSolution, Effort, SolvedLegs};
+use crate::cubic::boundary::descent_start::FASTEST;
 use crate::cubic::taylor::march::Accuracy;
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
 use crate::cubic::taylor::state::State;
@@ -16,6 +17,7 @@ use crate::error::{Error, Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::linalg::field::larger;
 use crate::manifold::grassmann::alignment::alignment;
+use crate::report::{SolverReport, StopReason};
 use crate::shooting::LeastCost;
 use crate::solve::gmres::norm;
 use crate::space::Quotient;
@@ -24,10 +26,8 @@ use crate::threads::{self, scaled};
 /// Microseconds of integrating a leg between rotations.
 const LEG: f64 = 10.0;
 
-/// Integration accuracy of the curves of a start, and the largest speed at their ends, as in flat space, for which a chain has
-/// enough legs.
+/// Integration accuracy of the curves of a start.
 const ROUGH: f64 = 1e-6;
-const FASTEST: f64 = 1536.0;
 
 /// The curve of a leg of a motion, roughly, in the frame at its start.
 ///
@@ -42,6 +42,7 @@ pub(crate) fn roughly_integrated(
     let (r, h) = (chain.frames()[leg].nrows(), chain.lengths()[leg]);
     let start = motion.start(leg, h);
     let sizes = start.chunks_exact(chain.size()).map(norm);
+    // As in flat space.
     let speed: f64 = sizes.zip([1.0, 1.0, 0.5]).map(|(x, part)| part * x).sum();
     if speed > FASTEST {
         return Err(Error::Overflow { quantity: "speed" });
@@ -91,7 +92,18 @@ pub(crate) fn solution(
         curves.push(curve);
     }
     if gap.is_nan() || gap > 1.0 {
-        return Ok(ChainSolution::unsolved(effort));
+        let SolverReport {
+            iterations,
+            tolerance,
+            ..
+        } = found.report;
+        let residual = if gap.is_nan() {
+            f64::INFINITY
+        } else {
+            JOINED[0] * gap
+        };
+        let report = SolverReport::new(StopReason::Stagnated, iterations, residual, tolerance);
+        return Ok(ChainSolution::none(report));
     }
     Ok(ChainSolution {
         motion: legs.motion(),
@@ -125,7 +137,7 @@ impl ShortLegs<'_> {
             gap = larger(gap, difference(&curve.last, &next.first, 2, step));
             curve = curve.followed_by(next);
         }
-        let knot = self.state(leg, self.at[leg + 1], false);
+        let knot = self.state(leg, self.at[leg + 1]);
         let knot = self.turned(&curve, PiecewiseTaylor::at(knot, Accuracy::FULL))?;
         let away = difference(&curve.last, &knot.first, 1, step);
         Ok((curve, larger(gap, away)))
@@ -137,7 +149,7 @@ impl ShortLegs<'_> {
 
     /// A short leg, integrated from its first knot.
     fn short(&self, leg: usize, part: usize, interrupt: Interrupt<'_>) -> Result<PiecewiseTaylor> {
-        let mut state = self.state(leg, self.at[leg] + part, true);
+        let mut state = self.state(leg, self.at[leg] + part);
         let step = 1.0 / self.parts(leg) as f64;
         state.time = step * part as f64;
         let mut taylor = PiecewiseTaylor::at(state, Accuracy::FULL);
@@ -149,32 +161,26 @@ impl ShortLegs<'_> {
         Ok(taylor)
     }
 
-    /// The state at a knot of the chain, in the time of a leg of the spline; without derivatives of the velocity if a short
-    /// leg only ends there.
-    fn state(&self, leg: usize, index: usize, starts: bool) -> State {
-        let (r, d) = (self.chain.frames()[leg].nrows(), self.chain.size());
+    /// The state at a knot of the chain, in the time of a leg of the spline.
+    fn state(&self, leg: usize, index: usize) -> State {
+        let r = self.chain.frames()[leg].nrows();
         let frame = &self.found.knots.frames[index * r * r..][..r * r];
         let frame = MatRef::from_row_major_slice(frame, r, r).to_owned();
-        let h = self.chain.lengths()[leg];
-        let vectors = match starts {
-            true => self.vectors(index, h),
-            false => {
-                let velocity = &self.found.knots.velocities[index * d..][..d];
-                let mut vectors: Vec<f64> = velocity.iter().map(|v| h * v).collect();
-                vectors.resize(3 * d, 0.0);
-                vectors
-            }
-        };
+        let vectors = self.vectors(index, self.chain.lengths()[leg]);
         self.chain.state_in(&frame, leg, &vectors)
     }
 
-    /// Velocity, acceleration and third vector at the first knot of a short leg, in the time of a leg of length `h`.
+    /// Velocity, acceleration and third vector at a knot of the chain, where a short leg starts, in the time of a leg of
+    /// length `h`; without acceleration and third vector at the last knot.
     fn vectors(&self, index: usize, h: f64) -> Vec<f64> {
         let d = self.chain.size();
         let velocity = &self.found.knots.velocities[index * d..][..d];
-        let derivatives = &self.found.derivatives[2 * index * d..][..2 * d];
+        let mut derivatives = self.found.derivatives.chunks_exact(2 * d);
+        let derivatives = derivatives.nth(index).unwrap_or(&[]);
         let all = velocity.iter().chain(derivatives).enumerate();
-        all.map(|(i, x)| x * h.powi(1 + (i / d) as i32)).collect()
+        let mut vectors: Vec<f64> = all.map(|(i, x)| x * h.powi(1 + (i / d) as i32)).collect();
+        vectors.resize(3 * d, 0.0);
+        vectors
     }
 
     /// The next part of a curve, for subspaces in the basis that the curve has reached.
