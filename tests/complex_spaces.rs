@@ -276,22 +276,11 @@ fn cubics_between_ends_are_stationary_and_no_dearer_than_embedded_ones() {
             let solve = |field| {
                 let options = BoundaryOptions {
                     field,
+                    quotient,
                     ..BoundaryOptions::default()
                 };
-                match quotient {
-                    Quotient::Frames => {
-                        RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
-                    }
-                    Quotient::Subspaces => RiemannianCubic::between_subspaces(
-                        s0,
-                        v0,
-                        s1,
-                        v1,
-                        &options,
-                        Interrupt::NEVER,
-                    ),
-                }
-                .unwrap_or_else(|e| panic!("{quotient:?} {shape:?} {far} {field:?}: {e}"))
+                RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
+                    .unwrap_or_else(|e| panic!("{quotient:?} {shape:?} {far} {field:?}: {e}"))
             };
             let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(solve);
             let name = format!("{quotient:?} {shape:?} {far}");
@@ -330,17 +319,11 @@ fn cubics_in_tension_and_near_guesses_end_where_they_should() {
                 field: ScalarField::Complex,
                 tension,
                 guess,
+                quotient,
                 ..BoundaryOptions::default()
             };
-            let curve = match quotient {
-                Quotient::Frames => {
-                    RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
-                }
-                Quotient::Subspaces => {
-                    RiemannianCubic::between_subspaces(s0, v0, s1, v1, &options, Interrupt::NEVER)
-                }
-            }
-            .unwrap_or_else(|e| panic!("{quotient:?} {shape:?} {tension} {guess:?}: {e}"));
+            let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
+                .unwrap_or_else(|e| panic!("{quotient:?} {shape:?} {tension} {guess:?}: {e}"));
             let missed = missed(quotient, &curve, &data);
             assert!(
                 missed < 1e-10,
@@ -358,19 +341,13 @@ fn all_cubics_that_are_found_are_complex_and_end_where_they_should() {
         let options = SearchOptions {
             boundary: BoundaryOptions {
                 field: ScalarField::Complex,
+                quotient,
                 ..BoundaryOptions::default()
             },
             ..SearchOptions::default()
         };
-        let found = match quotient {
-            Quotient::Frames => {
-                RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
-            }
-            Quotient::Subspaces => {
-                RiemannianCubic::all_between_subspaces(s0, v0, s1, v1, &options, Interrupt::NEVER)
-            }
-        }
-        .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
+        let found = RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
+            .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
         for curve in &found {
             let missed = missed(quotient, curve, &data);
             let bound = 1e-10 * (1.0 + curve.cost(Interrupt::NEVER).unwrap());
@@ -437,17 +414,11 @@ fn numbers_to_ten_digits_pass_for_complex_ones() {
         let options = BoundaryOptions {
             field: ScalarField::Complex,
             tension: 1.0,
+            quotient,
             ..BoundaryOptions::default()
         };
-        let curve = match quotient {
-            Quotient::Frames => {
-                RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
-            }
-            Quotient::Subspaces => {
-                RiemannianCubic::between_subspaces(s0, v0, s1, v1, &options, Interrupt::NEVER)
-            }
-        }
-        .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
+        let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options, Interrupt::NEVER)
+            .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
         let missed = missed(quotient, &curve, &data);
         assert!(missed < 1e-8, "{quotient:?} {shape:?}: {missed:e}");
     }

@@ -174,11 +174,12 @@ fn lines_get_no_hint() {
     let options = BoundaryOptions {
         max_iterations: 1,
         tolerance: 1e-15,
+        quotient: Quotient::Subspaces,
         ..BoundaryOptions::default()
     };
     let data = [&y0, &across, &y1, &rest].map(|x| x.as_ref());
     let [y0, v0, y1, v1] = data;
-    let found = RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options, Interrupt::NEVER);
+    let found = RiemannianCubic::from_boundary(y0, v0, y1, v1, &options, Interrupt::NEVER);
     assert!(!matches!(failed(found), Error::OnlyBases { .. }));
 }
 

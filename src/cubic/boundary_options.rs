@@ -5,7 +5,7 @@ use faer::MatRef;
 use super::taylor::work::allowance;
 use super::tension::{check_leg_tension, check_tension};
 use crate::error::{Error, Result};
-use crate::space::ScalarField;
+use crate::space::{Kind, Quotient, ScalarField};
 
 /// Default limit of steps from one start.
 const MAX_ITERATIONS: usize = 50;
@@ -51,6 +51,8 @@ pub struct BoundaryOptions<'a> {
     /// the start grow as `e^sqrt(tau)`, so for larger values the initial data no longer determine the end to the
     /// tolerance.
     pub tension: f64,
+    /// The meaning of the points: frames or subspaces.
+    pub quotient: Quotient,
     /// Scalars of the matrices; complex matrices are embedded in real ones.
     pub field: ScalarField,
 }
@@ -63,6 +65,7 @@ impl Default for BoundaryOptions<'_> {
             max_iterations: MAX_ITERATIONS,
             guess: None,
             tension: 0.0,
+            quotient: Quotient::Frames,
             field: ScalarField::Real,
         }
     }
@@ -72,6 +75,14 @@ impl BoundaryOptions<'_> {
     /// Factor by which the work limit of a problem is raised.
     pub(super) fn allowance(&self) -> f64 {
         allowance(self.max_iterations, MAX_ITERATIONS)
+    }
+
+    /// The meaning of the points and their scalars.
+    pub(crate) fn kind(&self) -> Kind {
+        let BoundaryOptions {
+            quotient, field, ..
+        } = *self;
+        Kind { quotient, field }
     }
 
     pub(crate) fn check(&self) -> Result<()> {

@@ -140,14 +140,6 @@ impl RiemannianCubic {
         }
     }
 
-    /// The curve with the report of the solver that found it.
-    pub(crate) fn with_report(self, report: SolverReport) -> Self {
-        RiemannianCubic {
-            report: Some(report),
-            ..self
-        }
-    }
-
     /// The curve of subspaces with bases `Y Q` for an orthogonal `Q`, shape `(k, k)`.
     pub(crate) fn in_terms_of(&self, q: MatRef<'_, f64>) -> Self {
         let (taylor, q) = (Arc::clone(&self.taylor), q.to_owned());

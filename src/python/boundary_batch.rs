@@ -8,9 +8,6 @@ use crate::cubic::boundary::problem::check_data;
 use crate::cubic::{BoundaryOptions, BoundarySolution, solve_boundary as solved};
 use crate::linalg::complex_embedding::restrict;
 use crate::manifold::Stiefel;
-use crate::space::Quotient;
-use crate::spline::solve_subspace_boundary;
-use crate::spline::subspaces::subspace_problem::check as check_subspaces;
 
 /// Solve for Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
 ///
@@ -109,10 +106,11 @@ pub fn solve_boundary<'py>(
         let options = BoundaryOptions {
             tolerance: tol,
             max_iterations,
+            quotient,
             field,
             ..BoundaryOptions::default()
         };
-        let found = solutions(&batches, quotient, field, &options, interrupt)?;
+        let found = solutions(&batches, field, &options, interrupt)?;
         Ok(found.map(|found| fields(&found, field, &lead, (n, k))))
     })?;
     let explained = |(member, error)| at_member(&call.explained(error), member, &shape);
@@ -181,7 +179,6 @@ fn is_complex(solution: &BoundarySolution) -> bool {
 
 fn solutions(
     batches: &[Batch; 4],
-    quotient: Quotient,
     field: Field,
     options: &BoundaryOptions<'_>,
     interrupt: Interrupt<'_>,
@@ -190,20 +187,15 @@ fn solutions(
     let problems: Vec<_> = (0..batches[0].len()).map(problem).collect();
     for (i, problem) in problems.iter().enumerate() {
         interrupt.check("boundary problems")?;
-        let checked = match quotient {
-            Quotient::Frames => check_data(*problem),
-            Quotient::Subspaces => check_subspaces(*problem),
-        };
-        if let Err(error) = checked {
+        if let Err(error) = check_data(options.quotient, *problem) {
             return Ok(Err((i, error)));
         }
     }
     let mut found = Vec::with_capacity(problems.len());
-    let all = match quotient {
-        Quotient::Frames => solved(&problems, options, interrupt),
-        Quotient::Subspaces => solve_subspace_boundary(&problems, options, interrupt),
-    }?;
-    for (i, solution) in all.into_iter().enumerate() {
+    for (i, solution) in solved(&problems, options, interrupt)?
+        .into_iter()
+        .enumerate()
+    {
         found.push(match solution {
             Ok(solution) if field == Field::Complex && !is_complex(&solution) => Err(f64::INFINITY),
             Ok(solution) => Ok(solution),

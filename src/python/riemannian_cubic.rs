@@ -7,7 +7,6 @@ use crate::cubic::{
     BoundaryDerivative, BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions,
 };
 use crate::curve::Curve;
-use crate::space::Quotient;
 
 /// Riemannian cubic: a critical curve of the integral of the squared covariant acceleration.
 ///
@@ -187,8 +186,8 @@ impl PyRiemannianCubic {
     /// space is preferred, which need not have the least cost. ``report.strategy`` says how the solution was found, and
     /// :meth:`Curve.cost` compares solutions.
     ///
-    /// Of subspaces, several solutions are compared only if they are more than 1.4 apart. Nearer ones with speeds
-    /// above 1 may have cheaper ones, which ``all_found=True`` lists.
+    /// Of subspaces, several solutions are compared if they are more than 1.4 apart or speeds exceed 2 (for complex ones,
+    /// 1.2 and 1.4).
     ///
     /// Between opposite points with slow ends, solutions nearly form a continuous family: some are refused with end
     /// speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on spheres.
@@ -238,6 +237,7 @@ impl PyRiemannianCubic {
                     max_iterations,
                     guess: guess.as_ref().map(|[a, j]| (a.as_ref(), j.as_ref())),
                     tension,
+                    quotient: points.quotient,
                     field,
                 };
                 if all_found {
@@ -245,24 +245,10 @@ impl PyRiemannianCubic {
                         boundary,
                         ..SearchOptions::default()
                     };
-                    return match points.quotient {
-                        Quotient::Frames => {
-                            RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options, interrupt)
-                        }
-                        Quotient::Subspaces => RiemannianCubic::all_between_subspaces(
-                            s0, v0, s1, v1, &options, interrupt,
-                        ),
-                    };
+                    return RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options, interrupt);
                 }
-                let curve = match points.quotient {
-                    Quotient::Frames => {
-                        RiemannianCubic::from_boundary(s0, v0, s1, v1, &boundary, interrupt)
-                    }
-                    Quotient::Subspaces => {
-                        RiemannianCubic::between_subspaces(s0, v0, s1, v1, &boundary, interrupt)
-                    }
-                }?;
-                Ok(vec![curve])
+                RiemannianCubic::from_boundary(s0, v0, s1, v1, &boundary, interrupt)
+                    .map(|curve| vec![curve])
             },
         )?;
         let curves = curves

@@ -14,7 +14,7 @@ use crate::linalg::simd::ON_ONE_THREAD;
 use crate::space::Quotient;
 use crate::spline::{
     SplineDerivative, SplineOptions, cubic_hermite, cubic_spline, geometric_hermite,
-    geometric_spline, geometric_subspace_hermite, geometric_subspace_spline, subspace_hermite,
+    geometric_spline, geometric_subspace_hermite, geometric_subspace_spline,
 };
 
 /// Curve through points with given velocities, continuously differentiable.
@@ -110,17 +110,11 @@ impl PyCubicHermite {
             let cubics = match (geometric, quotient) {
                 (false, _) => {
                     let options = BoundaryOptions {
+                        quotient,
                         field,
                         ..BoundaryOptions::default()
                     };
-                    let curve = match quotient {
-                        Quotient::Frames => {
-                            cubic_hermite(t, &points, &vectors, &options, interrupt)
-                        }
-                        Quotient::Subspaces => {
-                            subspace_hermite(t, &points, &vectors, &options, interrupt)
-                        }
-                    }?;
+                    let curve = cubic_hermite(t, &points, &vectors, &options, interrupt)?;
                     Cubics::Riemannian(Arc::new(curve.with_outside(outside)))
                 }
                 (true, Quotient::Frames) => {

@@ -36,6 +36,8 @@ pub(crate) use descents::layout::{ChainLayout, Held};
 pub(crate) use linear::linear_curve::{CurvePart, LinearCurve};
 pub(crate) use linear::linearise::{DENSE, linearise, linearise_all};
 pub(crate) use lone_leg::{EndData, LoneLeg, lone_leg, lone_legs};
-pub(crate) use solve::{DescentProblem, LeastCost, least_cost, nearest_stationary, solve};
+pub(crate) use solve::{
+    DescentProblem, LeastCost, least_cost, nearest_stationary, solve, stationary_end,
+};
 #[cfg(feature = "python")]
 pub(crate) use taylor::durations::ROTATIONS_ON_ONE_THREAD;

@@ -1,6 +1,6 @@
-//! Solves a chain through given knots ([`solve`]), descends to the knots of least cost ([`least_cost`]), or takes a chain to
-//! rest near the end of a descent ([`nearest_stationary`]): first with short series, then with as many terms as the curves
-//! need.
+//! Solves a chain through given knots ([`solve`]), descends to the knots of least cost ([`least_cost`]), or takes a chain
+//! to rest near given knots ([`nearest_stationary`]) or near the end of a descent ([`stationary_end`]): first with short
+//! series, then with as many terms as the curves need.
 
 use super::chains::chain::{LegGroup, SeriesChain};
 use super::chains::solved::SolvedSeries;
@@ -100,8 +100,7 @@ where
     Ok(result(chain, progress.report(reason)))
 }
 
-/// The stationary chain near the end of a descent from given knots, or near these knots if there are no options for a
-/// descent; the report is that of Newton's method, or of a descent that ends with a gradient above `near`.
+/// The stationary chain near given knots.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -109,7 +108,6 @@ pub(crate) fn nearest_stationary<T, S>(
     space: S,
     knots: ChainKnots,
     descent: DescentProblem<'_>,
-    before: Option<(&Options<'_>, f64)>,
     options: &Options<'_>,
 ) -> Result<LeastCost>
 where
@@ -118,32 +116,48 @@ where
 {
     let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, descent.layout.legs())];
     let mut chain = free_chain::<T, S>(space, knots, &descent, &mut room);
-    let Some((descending, near)) = before else {
-        (options.may_go_on)(chain.products_of_equations());
-        chain.meet_knots();
-        return settled(chain, options);
-    };
+    (options.may_go_on)(chain.products_of_equations());
+    chain.meet_knots();
+    settled(chain, options)
+}
+
+/// The stationary chain near the end of a descent from given knots; the report is that of Newton's method, or of the
+/// descent if it ends with a gradient above `near`.
+///
+/// # Errors
+/// `Interrupted`.
+pub(crate) fn stationary_end<T, S>(
+    space: S,
+    knots: ChainKnots,
+    descent: DescentProblem<'_>,
+    (descending, near): (&Options<'_>, f64),
+    options: &Options<'_>,
+) -> Result<LeastCost>
+where
+    T: Field + Send + Sync,
+    S: Homogeneous,
+{
+    let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, descent.layout.legs())];
+    let mut chain = free_chain::<T, S>(space, knots, &descent, &mut room);
     chain.set_tolerance(descending.tolerance);
     let mut progress = Progress::new(descending.tolerance);
     let bounds = (descent.below, descent.known);
     let reason = chain.descend(&mut progress, bounds, descending)?;
-    match chain.rest() <= near {
-        true => settled(chain, options),
-        false => {
-            // The limit of steps is not the caller's.
-            let reason = match reason {
-                StopReason::MaxIterations => StopReason::Stagnated,
-                other => other,
-            };
-            let SolverReport {
-                iterations,
-                residual,
-                ..
-            } = progress.report(reason);
-            let report = SolverReport::new(reason, iterations, residual, options.tolerance);
-            Ok(result(chain, report))
-        }
+    if chain.rest() <= near {
+        return settled(chain, options);
     }
+    // The limit of steps is not the caller's.
+    let reason = match reason {
+        StopReason::MaxIterations => StopReason::Stagnated,
+        other => other,
+    };
+    let SolverReport {
+        iterations,
+        residual,
+        ..
+    } = progress.report(reason);
+    let report = SolverReport::new(reason, iterations, residual, options.tolerance);
+    Ok(result(chain, report))
 }
 
 /// The stationary chain near the current one.

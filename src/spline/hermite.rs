@@ -21,9 +21,27 @@ const PIECE: f64 = 45.0;
 /// # Arguments
 /// * `t` - increasing times; `points` - one per time, shape `(n, k)`; `velocities` - tangent vectors there, per unit of
 ///   `t`
+/// * `options` - also whether the points are frames or subspaces; the bases of a curve of subspaces start with the first
+///   given one
 /// # Errors
 /// `Shape`, `NonFinite`, `InvalidArgument` (times), the errors of [`RiemannianCubic::from_boundary`] wrapped in
 /// `AtKnot`; `Interrupted`.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::{Curve, Interrupt, Quotient};
+/// use stiefel_rs::cubic::BoundaryOptions;
+/// use stiefel_rs::spline::cubic_hermite;
+/// // Lines in the plane at the angles 0, 1 and 0, at rest at each.
+/// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[-a.cos()], [-a.sin()]]);
+/// let rest = mat![[0.0], [0.0]];
+/// let views = points.each_ref().map(|point| point.as_ref());
+/// let options = BoundaryOptions { quotient: Quotient::Subspaces, ..Default::default() };
+/// let curve = cubic_hermite(&[0.0, 1.0, 3.0], &views, &[rest.as_ref(); 3], &options, Interrupt::NEVER)?;
+/// assert!((curve.cost(Interrupt::NEVER)? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub fn cubic_hermite(
     t: &[f64],
     points: &[MatRef<'_, f64>],
@@ -31,45 +49,17 @@ pub fn cubic_hermite(
     options: &BoundaryOptions<'_>,
     interrupt: Interrupt<'_>,
 ) -> Result<Piecewise<RiemannianCubic>> {
-    pieces(Quotient::Frames, t, points, velocities, |s0, v0, s1, v1| {
+    let quotient = options.quotient;
+    let curve = pieces(quotient, t, points, velocities, |s0, v0, s1, v1| {
         RiemannianCubic::from_boundary(s0, v0, s1, v1, options, interrupt)
-    })
-}
-
-/// The same curve through subspaces, given by arbitrary bases with horizontal vectors; the bases of the curve start
-/// with the first given one.
-///
-/// # Errors
-/// As [`cubic_hermite`], with the errors of [`RiemannianCubic::between_subspaces`].
-///
-/// # Examples
-/// ```
-/// use faer::mat;
-/// use stiefel_rs::{Curve, Interrupt};
-/// use stiefel_rs::cubic::BoundaryOptions;
-/// use stiefel_rs::spline::subspace_hermite;
-/// // Lines in the plane at the angles 0, 1 and 0, at rest at each.
-/// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[-a.cos()], [-a.sin()]]);
-/// let rest = mat![[0.0], [0.0]];
-/// let views = points.each_ref().map(|point| point.as_ref());
-/// let options = BoundaryOptions::default();
-/// let curve = subspace_hermite(&[0.0, 1.0, 3.0], &views, &[rest.as_ref(); 3], &options, Interrupt::NEVER)?;
-/// assert!((curve.cost(Interrupt::NEVER)? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
-/// # Ok::<(), stiefel_rs::Error>(())
-/// ```
-pub fn subspace_hermite(
-    t: &[f64],
-    points: &[MatRef<'_, f64>],
-    velocities: &[MatRef<'_, f64>],
-    options: &BoundaryOptions<'_>,
-    interrupt: Interrupt<'_>,
-) -> Result<Piecewise<RiemannianCubic>> {
-    let quotient = Quotient::Subspaces;
-    let curve = pieces(quotient, t, points, velocities, |y0, v0, y1, v1| {
-        RiemannianCubic::between_subspaces(y0, v0, y1, v1, options, interrupt)
     })?;
-    let pieces = joined(quotient, None, curve.pieces().to_vec(), None)?;
-    Ok(Piecewise::new(t.to_vec(), pieces))
+    match quotient {
+        Quotient::Frames => Ok(curve),
+        Quotient::Subspaces => {
+            let pieces = joined(quotient, None, curve.pieces().to_vec(), None)?;
+            Ok(Piecewise::new(t.to_vec(), pieces))
+        }
+    }
 }
 
 /// The once continuously differentiable curve of adjusted de Casteljau pieces through points with given velocities.

@@ -24,7 +24,6 @@ pub(crate) mod smoothing;
 mod stored;
 #[cfg(feature = "python")]
 pub(crate) mod stored_values;
-pub(crate) mod subspaces;
 
 pub use ends::{EndCondition, EndConditions};
 pub use geometric::geometric_spline::geometric_spline;
@@ -32,7 +31,7 @@ pub use geometric::geometric_subspaces::{geometric_subspace_hermite, geometric_s
 pub use geometric::velocities::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities,
 };
-pub use hermite::{cubic_hermite, geometric_hermite, subspace_hermite};
+pub use hermite::{cubic_hermite, geometric_hermite};
 pub(crate) use knots::check_times;
 pub(crate) use near_rotations::{SolvedRotations, near_rotations};
 pub use options::SplineOptions;
@@ -43,4 +42,3 @@ pub use sensitivity::data_variation::{SplineGradient, SplineVariation};
 pub use sensitivity::derivative::SplineDerivative;
 pub use smoothing::smoothing_options::SmoothingOptions;
 pub use smoothing::smoothing_spline::{SmoothingSpline, smoothing_spline};
-pub use subspaces::subspace_batch::solve_subspace_boundary;

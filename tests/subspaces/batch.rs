@@ -3,13 +3,14 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use faer::{Mat, MatRef};
-use stiefel_rs::cubic::{BoundaryOptions, BoundarySolution, RiemannianCubic, SearchOptions};
-use stiefel_rs::spline::solve_subspace_boundary;
+use stiefel_rs::cubic::{
+    BoundaryOptions, BoundarySolution, RiemannianCubic, SearchOptions, solve_boundary,
+};
 use stiefel_rs::{Curve, Error, Interrupt};
 
 use crate::common::{Rng, random_point};
 use crate::derivative::vector;
-use crate::{SHAPES, view};
+use crate::{SHAPES, boundary_options, search_options, view};
 
 fn problems((n, k): (usize, usize), count: usize, rng: &mut Rng) -> Vec<[Mat<f64>; 4]> {
     let one = |_| {
@@ -41,14 +42,14 @@ fn bits(solution: &BoundarySolution) -> Vec<u64> {
 #[test]
 fn each_is_the_one_that_is_solved_alone_on_any_number_of_threads() {
     let mut rng = Rng::new(71);
-    let options = BoundaryOptions::default();
+    let options = boundary_options();
     for shape in SHAPES {
         let problems = problems(shape, 12, &mut rng);
         let found: Vec<Vec<Vec<u64>>> = [1, 2, 3]
             .map(|threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
                 let found = pool.build().unwrap().install(|| {
-                    solve_subspace_boundary(&views(&problems), &options, Interrupt::NEVER).unwrap()
+                    solve_boundary(&views(&problems), &options, Interrupt::NEVER).unwrap()
                 });
                 found
                     .iter()
@@ -61,8 +62,7 @@ fn each_is_the_one_that_is_solved_alone_on_any_number_of_threads() {
         for (found, data) in found[0].iter().zip(views(&problems)) {
             let [y0, v0, y1, v1] = data;
             let curve =
-                RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options, Interrupt::NEVER)
-                    .unwrap();
+                RiemannianCubic::from_boundary(y0, v0, y1, v1, &options, Interrupt::NEVER).unwrap();
             let [_, _, acceleration, jerk] = curve.initial().unwrap();
             let alone = BoundarySolution {
                 acceleration,
@@ -85,12 +85,7 @@ fn errors_are_those_of_their_problems() {
     let [first, last] = [0, 2].map(|j| e.as_ref().subcols(j, 2).to_owned());
     problems[1] = [first.clone(), rest.clone(), last, rest];
     problems[2][1] = first;
-    let found = solve_subspace_boundary(
-        &views(&problems),
-        &BoundaryOptions::default(),
-        Interrupt::NEVER,
-    )
-    .unwrap();
+    let found = solve_boundary(&views(&problems), &boundary_options(), Interrupt::NEVER).unwrap();
     assert!(found[0].is_ok() && found[3].is_ok());
     assert!(matches!(found[1], Err(Error::RightAngle { .. })));
     assert!(matches!(
@@ -98,15 +93,15 @@ fn errors_are_those_of_their_problems() {
         Err(Error::NotHorizontal { name: "V0", .. })
     ));
     assert!(
-        solve_subspace_boundary(&[], &BoundaryOptions::default(), Interrupt::NEVER)
+        solve_boundary(&[], &boundary_options(), Interrupt::NEVER)
             .unwrap()
             .is_empty()
     );
     let options = BoundaryOptions {
         tolerance: 1.0,
-        ..BoundaryOptions::default()
+        ..boundary_options()
     };
-    let error = solve_subspace_boundary(&views(&problems), &options, Interrupt::NEVER);
+    let error = solve_boundary(&views(&problems), &options, Interrupt::NEVER);
     assert!(matches!(
         error,
         Err(Error::InvalidArgument {
@@ -127,11 +122,7 @@ fn the_whole_space_and_permuted_coordinate_columns() {
     let rest = Mat::zeros(4, 2);
     let still = [[y0, rest.clone(), swapped, rest]];
     for problems in [whole, still] {
-        let found = solve_subspace_boundary(
-            &views(&problems),
-            &BoundaryOptions::default(),
-            Interrupt::NEVER,
-        );
+        let found = solve_boundary(&views(&problems), &boundary_options(), Interrupt::NEVER);
         let solution = found.unwrap().remove(0).unwrap();
         assert!(solution.cost <= 1e-20 && solution.acceleration.norm_l2() <= 1e-10);
     }
@@ -146,14 +137,14 @@ fn interrupts_end_everything() {
     for last in [0, 1, 5, 20] {
         let count = AtomicUsize::new(0);
         let stop = || count.fetch_add(1, Ordering::Relaxed) >= last;
-        let (boundary, interrupt) = (BoundaryOptions::default(), Interrupt::new(&stop));
+        let (boundary, interrupt) = (boundary_options(), Interrupt::new(&stop));
         let near = BoundaryOptions {
             guess: Some((view(&guess), view(&guess))),
             ..boundary
         };
         let search = SearchOptions {
             boundary,
-            ..SearchOptions::default()
+            ..search_options()
         };
         let [y0, v0, y1, v1] = views(&problems)[0];
         let is_stopped = |error: Option<Error>, what: &str| {
@@ -163,18 +154,18 @@ fn interrupts_end_everything() {
             assert!(asked <= last + 4, "{what}: {asked} questions");
         };
         is_stopped(
-            solve_subspace_boundary(&views(&problems), &boundary, interrupt).err(),
+            solve_boundary(&views(&problems), &boundary, interrupt).err(),
             "batch",
         );
         // This one is solved within 20 polls.
         if last < 20 {
             is_stopped(
-                RiemannianCubic::between_subspaces(y0, v0, y1, v1, &near, interrupt).err(),
+                RiemannianCubic::from_boundary(y0, v0, y1, v1, &near, interrupt).err(),
                 "guess",
             );
         }
         is_stopped(
-            RiemannianCubic::all_between_subspaces(y0, v0, y1, v1, &search, interrupt).err(),
+            RiemannianCubic::all_from_boundary(y0, v0, y1, v1, &search, interrupt).err(),
             "search",
         );
     }
@@ -190,9 +181,9 @@ fn interrupts_end_both_halves_between_lines() {
     let polls_until = |last: usize| {
         let count = AtomicUsize::new(0);
         let stop = || count.fetch_add(1, Ordering::Relaxed) >= last;
-        let options = BoundaryOptions::default();
+        let options = boundary_options();
         let interrupt = Interrupt::new(&stop);
-        let found = RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options, interrupt);
+        let found = RiemannianCubic::from_boundary(y0, v0, y1, v1, &options, interrupt);
         (found.err(), count.into_inner())
     };
     let (error, all) = polls_until(usize::MAX);

@@ -1,13 +1,13 @@
 //! Boundary values.
 
 use faer::{Mat, Scale};
-use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic};
+use stiefel_rs::cubic::{IntegrationOptions, RiemannianCubic};
 use stiefel_rs::{Curve, Interrupt, Quotient};
 
 use crate::common::{
     Rng, assert_close, assert_within, cubic_from, gaussian, random_orthogonal, random_point,
 };
-use crate::{SHAPES, horizontal, reflection, view};
+use crate::{SHAPES, boundary_options, horizontal, reflection, view};
 
 #[test]
 fn the_cubic_with_the_ends_of_another_is_that_one() {
@@ -28,12 +28,12 @@ fn the_cubic_with_the_ends_of_another_is_that_one() {
         let q = random_orthogonal(k, &mut rng);
         let [y1, v1] = [known.point(1.0), known.derivative(1.0, 1)].map(|x| x.unwrap() * &q);
         let v1 = horizontal(view(&y1), view(&v1));
-        let found = RiemannianCubic::between_subspaces(
+        let found = RiemannianCubic::from_boundary(
             view(&y),
             view(&v),
             view(&y1),
             view(&v1),
-            &BoundaryOptions::default(),
+            &boundary_options(),
             Interrupt::NEVER,
         )
         .unwrap();
@@ -68,12 +68,12 @@ fn far_and_fast_ends_are_met() {
                 let norm = v.norm_l2();
                 v * Scale(3.0 / norm)
             });
-            let found = RiemannianCubic::between_subspaces(
+            let found = RiemannianCubic::from_boundary(
                 view(&y0),
                 view(&v0),
                 view(&y1),
                 view(&v1),
-                &BoundaryOptions::default(),
+                &boundary_options(),
                 Interrupt::NEVER,
             )
             .unwrap();
@@ -110,12 +110,12 @@ fn table() {
                     let norm = v.norm_l2();
                     v * Scale(speed / norm)
                 });
-                let found = RiemannianCubic::between_subspaces(
+                let found = RiemannianCubic::from_boundary(
                     view(&y0),
                     view(&v0),
                     view(&y1),
                     view(&v1),
-                    &BoundaryOptions::default(),
+                    &boundary_options(),
                     Interrupt::NEVER,
                 );
                 if let Err(error) = found {

@@ -10,7 +10,7 @@ use stiefel_rs::spline::{
 use stiefel_rs::{Curve, Interrupt, Quotient, skew_exp};
 
 use crate::common::{Rng, assert_close, assert_within, cubic_from, gaussian, random_point};
-use crate::{horizontal, view};
+use crate::{boundary_options, horizontal, view};
 
 const SHAPES: [(usize, usize); 5] = [(3, 1), (4, 2), (3, 2), (7, 3), (20, 2)];
 
@@ -133,14 +133,14 @@ fn by_boundary_data() {
                 family(&y, &p0, &[(&v, &w0)], s),
                 family(&y1, &p1, &[(&v1, &w1)], s),
             );
-            RiemannianCubic::between_subspaces(
+            RiemannianCubic::from_boundary(
                 view(&start[0]),
                 view(&start[1]),
                 view(&end[0]),
                 view(&end[1]),
                 &BoundaryOptions {
                     tolerance: 1e-14,
-                    ..BoundaryOptions::default()
+                    ..boundary_options()
                 },
                 Interrupt::NEVER,
             )

@@ -8,7 +8,7 @@ use crate::common::{
     Rng, assert_close, assert_within, cubic_from, gaussian, random_orthogonal, random_point,
 };
 use crate::derivative::vector;
-use crate::{SHAPES, horizontal, view};
+use crate::{SHAPES, boundary_options, horizontal, view};
 
 /// `[Y0, V0, Y1, V1]` of a cubic, the last two in terms of an arbitrary basis, and the cubic.
 fn known(
@@ -40,9 +40,9 @@ fn between(
     let options = BoundaryOptions {
         guess: guess.map(|[a, j]| (view(a), view(j))),
         tension,
-        ..BoundaryOptions::default()
+        ..boundary_options()
     };
-    RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options, Interrupt::NEVER)
+    RiemannianCubic::from_boundary(y0, v0, y1, v1, &options, Interrupt::NEVER)
 }
 
 #[test]

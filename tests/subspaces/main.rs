@@ -16,10 +16,25 @@ mod velocities;
 
 use common::{Rng, gaussian, random_orthogonal, random_point};
 use faer::{Mat, MatRef, Scale};
-use stiefel_rs::{Grassmann, SubspacePolynomial};
+use stiefel_rs::cubic::{BoundaryOptions, SearchOptions};
+use stiefel_rs::{Grassmann, Quotient, SubspacePolynomial};
 
 /// `n, k`: lines, planes, half of the dimensions, all but one.
 const SHAPES: [(usize, usize); 6] = [(3, 1), (4, 2), (5, 2), (3, 2), (6, 3), (8, 3)];
+
+fn boundary_options() -> BoundaryOptions<'static> {
+    BoundaryOptions {
+        quotient: Quotient::Subspaces,
+        ..BoundaryOptions::default()
+    }
+}
+
+fn search_options() -> SearchOptions<'static> {
+    SearchOptions {
+        boundary: boundary_options(),
+        ..SearchOptions::default()
+    }
+}
 
 /// `2 Y Y^T - I`.
 fn reflection(y: MatRef<'_, f64>) -> Mat<f64> {

@@ -6,15 +6,15 @@ use stiefel_rs::{Curve, Error, Grassmann, Interrupt, Quotient};
 
 use crate::common::{Rng, assert_close, assert_within, random_orthogonal, random_point};
 use crate::derivative::vector;
-use crate::{reflection, view};
+use crate::{boundary_options, reflection, search_options, view};
 
 fn all(data: &[Mat<f64>; 4], seed: u64) -> Vec<RiemannianCubic> {
     let [y0, v0, y1, v1] = data.each_ref().map(view);
     let options = SearchOptions {
         seed,
-        ..SearchOptions::default()
+        ..search_options()
     };
-    RiemannianCubic::all_between_subspaces(y0, v0, y1, v1, &options, Interrupt::NEVER).unwrap()
+    RiemannianCubic::all_from_boundary(y0, v0, y1, v1, &options, Interrupt::NEVER).unwrap()
 }
 
 fn costs(curves: &[RiemannianCubic]) -> Vec<f64> {
@@ -150,9 +150,9 @@ fn random_problems_have_several_solutions() {
             let found = all(&data, 0);
             check(&found, &data, &format!("({n}, {k})"));
             let [a, b, c, d] = data.each_ref().map(view);
-            let options = stiefel_rs::cubic::BoundaryOptions::default();
+            let options = boundary_options();
             let one =
-                RiemannianCubic::between_subspaces(a, b, c, d, &options, Interrupt::NEVER).unwrap();
+                RiemannianCubic::from_boundary(a, b, c, d, &options, Interrupt::NEVER).unwrap();
             let cheapest = found[0].cost(Interrupt::NEVER).unwrap();
             assert!(
                 cheapest <= one.cost(Interrupt::NEVER).unwrap() * (1.0 + 1e-3),
@@ -184,10 +184,10 @@ fn solutions_in_many_dimensions_are_found_again_from_themselves() {
             let [_, _, acceleration, jerk] = curve.initial().unwrap();
             let options = BoundaryOptions {
                 guess: Some((view(&acceleration), view(&jerk))),
-                ..BoundaryOptions::default()
+                ..boundary_options()
             };
             let again =
-                RiemannianCubic::between_subspaces(a, b, c, d, &options, Interrupt::NEVER).unwrap();
+                RiemannianCubic::from_boundary(a, b, c, d, &options, Interrupt::NEVER).unwrap();
             let [cost, known] = [&again, curve].map(|curve| curve.cost(Interrupt::NEVER).unwrap());
             assert_within((cost / known - 1.0).abs(), 1e-9, &format!("({n}, {k})"));
         }
@@ -213,23 +213,16 @@ fn the_same_subspace_the_whole_space_and_bad_input() {
     assert_eq!(found[0].cost(Interrupt::NEVER).unwrap(), 0.0);
     let data = [&y0, &y0, &y0, &y0].map(view);
     let [a, b, c, d] = data;
-    let error = RiemannianCubic::all_between_subspaces(
-        a,
-        b,
-        c,
-        d,
-        &SearchOptions::default(),
-        Interrupt::NEVER,
-    );
+    let error = RiemannianCubic::all_from_boundary(a, b, c, d, &search_options(), Interrupt::NEVER);
     assert!(matches!(
         error,
         Err(Error::NotHorizontal { name: "V0", .. })
     ));
     let options = SearchOptions {
         distinct: 2.0,
-        ..SearchOptions::default()
+        ..search_options()
     };
-    let error = RiemannianCubic::all_between_subspaces(a, b, c, d, &options, Interrupt::NEVER);
+    let error = RiemannianCubic::all_from_boundary(a, b, c, d, &options, Interrupt::NEVER);
     assert!(matches!(
         error,
         Err(Error::InvalidArgument {

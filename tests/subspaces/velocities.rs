@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 use stiefel_rs::spline::{
-    VelocityEstimate, estimate_closed_velocities, estimate_velocities, subspace_hermite,
+    VelocityEstimate, cubic_hermite, estimate_closed_velocities, estimate_velocities,
 };
 use stiefel_rs::{Curve, Error, Grassmann, Interrupt, Quotient, Result};
 
@@ -10,7 +10,7 @@ use crate::common::{
     Rng, assert_close, assert_within, gaussian, random_orthogonal, random_point, random_skew,
 };
 use crate::spline::{bases, views};
-use crate::{SHAPES, horizontal, view};
+use crate::{SHAPES, boundary_options, horizontal, view};
 
 const ESTIMATES: [VelocityEstimate; 3] = [
     VelocityEstimate::CatmullRom,
@@ -186,8 +186,8 @@ fn a_basis_turns_its_own_velocity_only() {
             let v = call(&T, &views(&points), estimate, Quotient::Subspaces).unwrap();
             let turn = points[0].transpose() * &points[5];
             assert_close(&v[5], &(&v[0] * turn), ROUND_OFF, "where it closes");
-            let options = stiefel_rs::cubic::BoundaryOptions::default();
-            subspace_hermite(&T, &views(&points), &views(&v), &options, Interrupt::NEVER).unwrap();
+            let options = boundary_options();
+            cubic_hermite(&T, &views(&points), &views(&v), &options, Interrupt::NEVER).unwrap();
         }
     }
 }

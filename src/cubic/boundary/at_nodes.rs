@@ -34,7 +34,7 @@ impl Solver<'_> {
     pub(crate) fn by_flat_start(&mut self, flat: Option<&FlatData>) -> Result<Option<SolvedStart>> {
         let problem = self.problem;
         if (1..=FEW).contains(&problem.unknowns())
-            && problem.target.tension == 0.0
+            && problem.tension == 0.0
             && let Some(flat) = flat
             && let Some(found) = self.by_one_series(flat)?
         {
@@ -83,7 +83,7 @@ impl Solver<'_> {
         };
         let start = derivatives.concat();
         if let Some(curve) = curve.filter(|_| problem.unknowns() > FEW) {
-            let (blocks, tension) = (problem.blocks(), problem.target.tension);
+            let (blocks, tension) = (problem.blocks(), problem.tension);
             let taylor = leg_curve(&curve, 0, Some(&problem.g), blocks, problem.k, tension);
             if let Some(found) = self.accepted(&start, taylor) {
                 return Ok(Some(found));
@@ -103,6 +103,6 @@ pub(crate) fn boundary_data(problem: &BoundaryProblem) -> BoundaryData {
         target: (0..r * r).map(|i| frame[(i / r, i % r)]).collect(),
         velocities: [&problem.velocity, &last]
             .map(|v| pack(problem.blocks(), std::slice::from_ref(v))),
-        tension: problem.target.tension,
+        tension: problem.tension,
     }
 }

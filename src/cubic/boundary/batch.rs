@@ -1,11 +1,12 @@
 //! Many boundary value problems of the same shape.
 
 use super::few_dimensions::{STEPS, end_data};
-use super::from_boundary;
+use super::from_boundary::solved;
 use super::guess::FlatWork;
+use super::lines::{are_lines, between_lines};
 use super::problem::BoundaryProblem;
 use crate::cubic::boundary_options::BoundaryOptions;
-use crate::cubic::riemannian_cubic::RiemannianCubic;
+use crate::cubic::taylor::initial::Horizontal;
 use crate::cubic::taylor::packing::unpack;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
@@ -13,6 +14,7 @@ use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
 use crate::linalg::product::product;
 use crate::shooting::{EndData, LoneLeg, lone_legs};
+use crate::space::Quotient;
 use crate::threads::{self, ALWAYS};
 use faer::{Mat, MatRef};
 
@@ -58,9 +60,9 @@ pub struct BoundarySolution {
 /// Solve for Riemannian cubics on `[0, 1]` with given end points and end velocities `[S0, V0, S1, V1]`, all of shape
 /// `(n, k)`.
 ///
-/// Each solution is the one of [`RiemannianCubic::from_boundary`], up to the tolerance. Problems with at most three
+/// Each solution is the one of [`RiemannianCubic::from_boundary`](crate::cubic::RiemannianCubic::from_boundary), up to the tolerance. Problems with at most three
 /// rows and with displacement and speeds up to 2 are solved eight at once, by Newton's method for a single Taylor
-/// series. The others, those on which this fails, and all problems with a guess are solved one by one. Results do not
+/// series. The others, those on which this fails, subspaces, and all problems with a guess are solved one by one. Results do not
 /// depend on the number of threads; within the tolerance, a solution depends on the problems beside it.
 ///
 /// # Errors
@@ -109,6 +111,7 @@ fn solve_task(
         .collect();
     let mut legs: Vec<Option<LoneLeg>> = problems.iter().map(|_| None).collect();
     if let Some(first) = problems.iter().flatten().next()
+        && options.quotient == Quotient::Frames
         && options.guess.is_none()
         && options.tension == 0.0
         && first.end[0].nrows() <= MOST_ROWS
@@ -128,10 +131,10 @@ fn solve_task(
     }
     let mut found = Vec::new();
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
-        let solution = problem.and_then(|problem| match leg {
-            Some(leg) => Ok(transformed(&problem, &leg)),
-            None => alone(&problem, data[0], options, interrupt),
-        });
+        let solution = match (leg, problem) {
+            (Some(leg), Ok(problem)) => Ok(transformed(&problem, &leg)),
+            (_, problem) => alone(problem, *data, options, interrupt),
+        };
         if let Err(error @ Error::Interrupted { .. }) = solution {
             return Err(error);
         }
@@ -179,35 +182,37 @@ fn abreast(
     Ok(())
 }
 
-/// Solves one problem as [`RiemannianCubic::from_boundary`] does.
+/// Solves one problem as [`RiemannianCubic::from_boundary`](crate::cubic::RiemannianCubic::from_boundary) does.
 fn alone(
-    problem: &BoundaryProblem,
-    s0: MatRef<'_, f64>,
+    problem: Result<BoundaryProblem>,
+    data: [MatRef<'_, f64>; 4],
     options: &BoundaryOptions<'_>,
     interrupt: Interrupt<'_>,
 ) -> Result<BoundarySolution> {
-    let (solution, report) = from_boundary::solve(problem, s0, options, interrupt)?;
-    let start = solution.start.clone();
-    let taylor = solution.into_taylor(problem, interrupt)?;
-    let (r, k) = problem.end[0].shape();
-    let cost = RiemannianCubic::of_taylor(r, k, None, taylor, None).cost(interrupt)?;
-    let residual = report.residual;
-    Ok(transformed(
-        problem,
-        &LoneLeg {
-            start,
-            cost,
-            residual,
-            steps: report.iterations,
-        },
-    ))
+    interrupt.check(SOLVER)?;
+    let curve = match problem {
+        Err(Error::RightAngle { .. }) if are_lines(data, options) => {
+            between_lines(data, options, interrupt)?
+        }
+        Ok(_) if are_lines(data, options) && options.guess.is_none() => {
+            between_lines(data, options, interrupt)?
+        }
+        problem => solved(&problem?, data[0], options, interrupt)?,
+    };
+    let [_, _, acceleration, jerk] = curve.initial()?;
+    Ok(BoundarySolution {
+        acceleration,
+        jerk,
+        cost: curve.cost(interrupt)?,
+        residual: curve.report().map_or(0.0, |report| report.residual),
+    })
 }
 
 /// The solution, transformed back to the start of the problem.
 fn transformed(problem: &BoundaryProblem, leg: &LoneLeg) -> BoundarySolution {
     let [a, second] = unpack::<2>(&leg.start, problem.blocks());
-    // j = x'' + [x, x']_m / 2.
-    let jerk = second.plus_bracket(0.5, &problem.velocity, &a);
+    let quotient = problem.kind().quotient;
+    let jerk = Horizontal::jerk(quotient, [&problem.velocity, &a, &second]);
     let [acceleration, jerk] = [a, jerk].map(|v| {
         let low = product(&problem.g, v.tangent());
         match &problem.frame {

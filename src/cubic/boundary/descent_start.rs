@@ -30,9 +30,6 @@ pub(crate) const LEGS: usize = 8;
 const MOST_LEGS: usize = 1024;
 const LONGEST_LEG: f64 = 1.5;
 
-/// Largest speed for which there are enough legs.
-pub(crate) const FASTEST: f64 = LONGEST_LEG * MOST_LEGS as f64;
-
 /// Largest derivative of `3 t^2 - 2 t^3`, the fraction of its rotation that a rolling curve has completed.
 const TURN_RATE: f64 = 1.5;
 
@@ -71,7 +68,7 @@ impl DescentStart {
         let [s0, v0] = problem.initial();
         let curve = GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1, v1)?;
         let speed = curve.derivative(0.5, 1)?.norm_l2();
-        let count = legs(speed.max(problem.speed()), LEGS)?;
+        let count = legs(speed.max(problem.speed), LEGS)?;
         let at = |i: usize| {
             let t = i as f64 / count as f64;
             Ok([curve.point(t)?, curve.derivative(t, 1)?])
@@ -80,17 +77,12 @@ impl DescentStart {
         Ok(Self::new(problem.kind(), problem.relative_ends(), knots))
     }
 
-    /// Along a cubic on `[0, 1]`, in the frame at its start, which need not have the given end. The number of legs is a multiple of
-    /// `multiple`.
+    /// Along a cubic on `[0, 1]` with the initial data of a problem, which need not have the given end.
     ///
     /// # Errors
     /// An error if it is too fast.
-    pub(crate) fn along_cubic(
-        kind: Kind,
-        ends: RelativeEnds<'_>,
-        cubic: &PiecewiseTaylor,
-        multiple: usize,
-    ) -> Result<Self> {
+    pub(crate) fn along_cubic(problem: &BoundaryProblem, cubic: &PiecewiseTaylor) -> Result<Self> {
+        let ends = problem.relative_ends();
         let (r, k) = ends.end[0].shape();
         let rows = cubic.rows();
         let at = |t: f64| {
@@ -98,15 +90,15 @@ impl DescentStart {
             cubic.points_into(t, &mut [&mut point, &mut velocity]);
             [point, velocity].map(|x| {
                 let all = MatRef::from_column_major_slice(&x, rows, k);
-                all.subrows(0, r).to_owned()
+                problem.g.transpose() * all.subrows(0, r)
             })
         };
         let pieces = cubic.pieces.iter().map(|piece| piece.upper.min(1.0));
         let speeds = pieces.map(|t| at(t)[1].norm_l2());
         let speed = speeds.fold(at(0.0)[1].norm_l2(), f64::max);
-        let count = legs(speed, multiple)?;
+        let count = legs(speed, LEGS)?;
         let knots = (0..=count).map(|i| at(i as f64 / count as f64));
-        Ok(Self::new(kind, ends, knots.collect()))
+        Ok(Self::new(problem.kind(), ends, knots.collect()))
     }
 
     /// Along a rolling curve: its velocity changes linearly from the initial to the end velocity, and the space rotates

@@ -8,11 +8,17 @@
 //!
 //! with the horizontal part `hor(Y) = (skew(Y_1), Y_2)`, where `Y_1` and `Y_2` are the upper and the lower block.
 
+use faer::Mat;
+
+use super::problem::{largest_speed, velocity_unit};
 use crate::cubic::taylor::blocks::{BlockSizes, Sizes};
+use crate::cubic::taylor::initial::Horizontal;
 use crate::cubic::taylor::march::{TaylorMarch, allowed_steps};
+use crate::cubic::taylor::packing::pack;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::Number;
+use crate::linalg::product::entries;
 
 /// Boundary data in coordinates in which the start is the identity, blocks in column-major order.
 #[derive(Debug, Clone)]
@@ -27,6 +33,21 @@ pub(crate) struct Target {
     pub(crate) velocity_unit: f64,
     /// Tension of the cubic.
     pub(crate) tension: f64,
+}
+
+impl Target {
+    /// Built from an initial velocity, and an end point and end velocity of shape `(r, k)`.
+    pub(crate) fn new(velocity: &Horizontal, end: &[Mat<f64>; 2], tension: f64) -> Self {
+        let speed = largest_speed(velocity, end);
+        let (m, k) = velocity.normal.shape();
+        Target {
+            velocity: pack(Sizes::frames(m, k), std::slice::from_ref(velocity)),
+            end: [entries(&end[0]), entries(&end[1])],
+            speed,
+            velocity_unit: velocity_unit(speed),
+            tension,
+        }
+    }
 }
 
 /// The equations, and the distance of the end from its target.

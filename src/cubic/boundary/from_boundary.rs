@@ -1,16 +1,16 @@
 //! Riemannian cubics from boundary data.
 
-use std::sync::Arc;
-
 use faer::MatRef;
 
+use super::lines::{are_lines, between_lines};
 use super::problem::BoundaryProblem;
-use super::solver::{Reported, Solver};
+use super::solver::Solver;
 use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::advised;
+use crate::space::Quotient;
 
 impl RiemannianCubic {
     /// The Riemannian cubic on `[0, 1]` with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`,
@@ -30,6 +30,11 @@ impl RiemannianCubic {
     /// Points and velocities that are orthonormal and tangent only to 1e-9, such as rounded decimals, are replaced by
     /// the nearest exact ones.
     ///
+    /// Between [subspaces](BoundaryOptions::quotient), given by any orthonormal bases and horizontal vectors at them, the curve
+    /// starts with the basis `s0`, and its bases rotate as little as possible; it ends with a basis `S1 Q` and the velocity
+    /// `V1 Q`, for some orthogonal `Q`. Newton's method starts from the cubic of flat space up to displacements of 1.4. Between
+    /// lines it is the cheaper of the two cubics on the sphere that end in opposite vectors.
+    ///
     /// # Accuracy
     /// The end conditions are satisfied to the tolerance. Between opposite points with slow ends solutions nearly form a
     /// continuous family: some are refused with end speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on
@@ -38,9 +43,26 @@ impl RiemannianCubic {
     /// solved. Both are asserted in `tests/boundary/`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument`, `DifferentComponents`, `NoConvergence`
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent` or `NotHorizontal`, `InvalidArgument`, `DifferentComponents`, `RightAngle`
+    /// if a principal angle between subspaces is pi/2, `NoConvergence`
     /// (also if velocities are so large that no curve can be integrated; the residual is then infinite), in `OnlyBases` if
     /// the points look like mere bases; `Interrupted`.
+    ///
+    /// # Examples
+    /// ```
+    /// use faer::mat;
+    /// use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic};
+    /// use stiefel_rs::{Curve, Interrupt, Quotient};
+    /// // From rest to rest between two lines in the plane, whichever way their bases point.
+    /// let (y0, rest) = (mat![[1.0], [0.0]], mat![[0.0], [0.0]]);
+    /// let y1 = mat![[-1.0_f64.cos()], [-1.0_f64.sin()]];
+    /// let [y0, y1, rest] = [&y0, &y1, &rest].map(|a| a.as_ref());
+    /// let options = BoundaryOptions { quotient: Quotient::Subspaces, ..Default::default() };
+    /// let curve = RiemannianCubic::from_boundary(y0, rest, y1, rest, &options, Interrupt::NEVER)?;
+    /// assert!((curve.point(1.0)? + y1).norm_l2() < 1e-12);
+    /// assert!((curve.cost(Interrupt::NEVER)? - 12.0).abs() < 1e-10);
+    /// # Ok::<(), stiefel_rs::Error>(())
+    /// ```
     pub fn from_boundary(
         s0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,
@@ -49,47 +71,51 @@ impl RiemannianCubic {
         options: &BoundaryOptions<'_>,
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
-        let found = Self::between_frames([s0, v0, s1, v1], options, interrupt);
-        found.map_err(|error| advised(error, s0, s1))
-    }
-
-    /// As [`RiemannianCubic::from_boundary`], without the hint that the points may be mere bases.
-    ///
-    /// # Errors
-    /// As [`RiemannianCubic::from_boundary`].
-    pub(crate) fn between_frames(
-        data: [MatRef<'_, f64>; 4],
-        options: &BoundaryOptions<'_>,
-        interrupt: Interrupt<'_>,
-    ) -> Result<Self> {
         options.check()?;
-        let problem = BoundaryProblem::new(data, options)?;
-        let (solution, report) = solve(&problem, data[0], options, interrupt)?;
-        let taylor = solution.into_taylor(&problem, interrupt)?;
-        Ok(Self::of_taylor(
-            problem.n,
-            problem.k,
-            problem.frame.map(Arc::new),
-            taylor,
-            Some(report),
-        ))
+        let data = [s0, v0, s1, v1];
+        let found = match options.guess {
+            None if are_lines(data, options) => between_lines(data, options, interrupt),
+            _ => between(data, options, interrupt),
+        };
+        match (found, options.quotient) {
+            (Err(error), Quotient::Frames) => Err(advised(error, s0, s1)),
+            // No geodesic is the unique shortest one between these lines, but on the sphere it exists.
+            (Err(Error::RightAngle { .. }), _) if are_lines(data, options) => {
+                between_lines(data, options, interrupt)
+            }
+            (found, _) => found,
+        }
     }
 }
 
-/// The solution of a problem with initial point `s0`, and the report on it.
+/// The solution between frames, or between subspaces of several dimensions.
+///
+/// # Errors
+/// As [`RiemannianCubic::from_boundary`], without the hint that the points may be mere bases.
+pub(crate) fn between(
+    data: [MatRef<'_, f64>; 4],
+    options: &BoundaryOptions<'_>,
+    interrupt: Interrupt<'_>,
+) -> Result<RiemannianCubic> {
+    let problem = BoundaryProblem::new(data, options)?;
+    solved(&problem, data[0], options, interrupt)
+}
+
+/// The curve that solves a problem with initial point `s0`.
 ///
 /// # Errors
 /// `DifferentComponents`, `NoConvergence`, `Interrupted`, and the errors of a guess.
-pub(crate) fn solve(
+pub(crate) fn solved(
     problem: &BoundaryProblem,
     s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
     interrupt: Interrupt<'_>,
-) -> Result<Reported> {
+) -> Result<RiemannianCubic> {
     let mut solver = Solver::new(problem, options, interrupt);
     let found = match options.guess {
         Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
         None => solver.of_low_cost()?,
     };
-    found.ok_or_else(|| solver.failure())
+    let (solution, report) = found.ok_or_else(|| solver.failure())?;
+    Ok(problem.curve(solution.into_taylor(problem, interrupt)?, report))
 }

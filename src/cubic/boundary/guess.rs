@@ -87,6 +87,13 @@ impl FlatData {
         })
     }
 
+    /// The part of the data that moves the span of the columns.
+    pub(crate) fn without_turns(mut self) -> Self {
+        self.displacement.omega.fill(0.0);
+        self.end_velocity.omega.fill(0.0);
+        self
+    }
+
     /// The data with `turns` additional full turns, forwards and backwards: in each principal direction, then in each
     /// plane in which the columns rotate among themselves.
     ///

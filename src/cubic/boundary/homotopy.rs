@@ -42,7 +42,7 @@ impl Homotopy {
             velocity: problem.velocity.clone(),
             curve,
             velocities: [v, back],
-            tension: problem.target.tension,
+            tension: problem.tension,
         })
     }
 

@@ -18,7 +18,8 @@ use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::report::{StopReason, Strategy};
 use crate::shooting::{
-    ChainKnots, ChainLayout, DescentProblem, LeastCost, least_cost, products_of_step,
+    ChainKnots, ChainLayout, DescentProblem, LeastCost, least_cost, nearest_stationary,
+    products_of_step,
 };
 use crate::space::{Homogeneous, in_space};
 
@@ -82,12 +83,10 @@ const STARTS: [StartCurve; 3] = [StartCurve::Rolling, StartCurve::Flat, StartCur
 
 /// The result of a descent.
 struct DescentEnd {
-    /// `(x', x'')` at the starts of the legs, in their time.
-    derivatives: Vec<f64>,
+    /// In the time of a leg.
+    chain: LeastCost,
+    /// In the time of the curve.
     cost: f64,
-    gradient: f64,
-    is_at_rest: bool,
-    knots: ChainKnots,
 }
 
 /// Limits of a descent.
@@ -101,6 +100,16 @@ struct Limits<'a> {
     /// Work that must remain.
     reserve: f64,
     tolerance: f64,
+    wanted: Wanted,
+}
+
+/// Which chain is looked for.
+#[derive(Clone, Copy)]
+enum Wanted {
+    /// One of least cost, down the cost.
+    LeastCost,
+    /// The nearest stationary one, up or down.
+    Stationary,
 }
 
 impl Limits<'_> {
@@ -112,27 +121,26 @@ impl Limits<'_> {
         others: &[],
         reserve: 0.0,
         tolerance: TOLERANCE,
+        wanted: Wanted::LeastCost,
     };
 }
 
 impl DescentEnd {
     /// `(x', x'')` at the start of the curve.
     fn start(&self) -> Vec<f64> {
-        // One velocity per knot, two vectors per leg.
-        let d = self.knots.velocities.len() - self.derivatives.len() / 2;
-        let rate = (self.derivatives.len() / (2 * d)) as f64;
-        let (first, second) = self.derivatives[..2 * d].split_at(d);
-        let first = first.iter().map(|x| x * rate.powi(2));
-        first
-            .chain(second.iter().map(|x| x * rate.powi(3)))
-            .collect()
+        let start = self.chain.vectors(0, self.chain.legs() as f64);
+        start[start.len() / 3..].to_vec()
+    }
+
+    fn is_at_rest(&self) -> bool {
+        self.chain.report.converged
     }
 
     /// Sort key, smaller is better: converged descents by cost, then the others by gradient.
     fn rank(&self) -> (bool, f64) {
-        match self.is_at_rest {
+        match self.is_at_rest() {
             true => (false, self.cost),
-            false => (true, self.gradient),
+            false => (true, self.chain.report.residual),
         }
     }
 }
@@ -181,7 +189,7 @@ impl Solver<'_> {
             let known = least_cost_of(&ends);
             let is_wanted = match start {
                 StartCurve::Rolling => true,
-                StartCurve::Flat => !is_unique || self.problem.speed() <= FAST,
+                StartCurve::Flat => !is_unique || self.problem.speed <= FAST,
                 StartCurve::Geometric => !is_unique,
             };
             if !is_wanted {
@@ -246,17 +254,17 @@ impl Solver<'_> {
             let [(a, x), (b, y)] = [a.rank(), b.rank()];
             a.cmp(&b).then(x.total_cmp(&y))
         });
-        let more = match self.problem.speed() <= VERY_FAST {
+        let more = match self.problem.speed <= VERY_FAST {
             true => FINISH,
             false => 1.0,
         };
         self.work.allow(more);
         let mut solution = None;
         for end in ends {
-            let (start, is_at_rest) = (end.start(), end.is_at_rest);
+            let (start, is_at_rest) = (end.start(), end.is_at_rest());
             let mut found = self.at_nodes(&start, BoundaryStart::Curve)?;
             if found.is_none() {
-                found = self.found_finely(end.knots)?;
+                found = self.found_finely(end.chain.knots)?;
             }
             solution = found.map(|found| (found, self.report(Strategy::Descent)));
             if solution.is_some() || !is_at_rest {
@@ -276,11 +284,38 @@ impl Solver<'_> {
             ..Limits::ALONE
         };
         let end = self.descend(knots, &limits)?;
-        let Some(end) = end.filter(|end| end.is_at_rest) else {
+        end.map_or(Ok(None), |end| self.integrated_legs(&end))
+    }
+
+    /// The solution near the curve with the given `(x', x'')` at its start: by Newton's method from its chain of legs.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub(crate) fn near_curve(&mut self, start: &[f64]) -> Result<Option<SolvedStart>> {
+        let Some(cubic) = self.roughly_integrated(start)? else {
             return Ok(None);
         };
-        let (problem, interrupt) = (self.problem, self.interrupt);
-        let legs = problem.integrated_legs(&end.knots, &end.derivatives, interrupt);
+        let Ok(curve) = DescentStart::along_cubic(self.problem, &cubic) else {
+            return Ok(None);
+        };
+        let limits = Limits {
+            fewest: FEWEST_FINE_STEPS,
+            max_iterations: self.options.max_iterations,
+            tolerance: self.tolerance(),
+            wanted: Wanted::Stationary,
+            ..Limits::ALONE
+        };
+        let end = self.descend(curve.chain_knots(), &limits)?;
+        end.map_or(Ok(None), |end| self.integrated_legs(&end))
+    }
+
+    /// The curve of a chain at rest, if its legs and its end are near enough.
+    fn integrated_legs(&mut self, end: &DescentEnd) -> Result<Option<SolvedStart>> {
+        if !end.is_at_rest() {
+            return Ok(None);
+        }
+        let problem = self.problem;
+        let legs = problem.integrated_legs(&end.chain, self.interrupt);
         let Some((taylor, gap)) = unless_interrupted(legs)? else {
             return Ok(None);
         };
@@ -323,37 +358,30 @@ impl Solver<'_> {
             may_go_on: &may_go_on,
             interrupt: self.interrupt,
         };
-        let at_rest = limits.others.iter().filter(|end| end.is_at_rest);
-        let known: Vec<_> = at_rest.map(|end| &end.knots).collect();
+        let at_rest = limits.others.iter().filter(|end| end.is_at_rest());
+        let known: Vec<_> = at_rest.map(|end| &end.chain.knots).collect();
         let descent = DescentProblem {
             layout: ChainLayout::between_ends(legs),
-            tension: self.problem.target.tension / (rate * rate),
+            tension: self.problem.tension / (rate * rate),
             below: 0.5 * limits.below / rate.powi(3),
             known: &known,
         };
-        let LeastCost {
-            report,
-            derivatives,
-            cost,
-            knots,
-        } = in_space!(shape, |space| least_cost::<Lanes, _>(
-            space, knots, descent, &options
-        ))?;
+        let chain = in_space!(shape, |space| match limits.wanted {
+            Wanted::LeastCost => least_cost::<Lanes, _>(space, knots, descent, &options),
+            Wanted::Stationary => {
+                nearest_stationary::<Lanes, _>(space, knots, descent, &options)
+            }
+        })?;
         self.work.count(work.get());
-        self.count_steps(report.iterations);
-        let is_left = report.reason == StopReason::Stagnated && limits.below.is_finite();
-        Ok((cost.is_finite() && !is_left).then_some(DescentEnd {
-            derivatives,
-            cost: 2.0 * rate.powi(3) * cost,
-            gradient: report.residual,
-            is_at_rest: report.converged,
-            knots,
-        }))
+        self.count_steps(chain.report.iterations);
+        let is_left = chain.report.reason == StopReason::Stagnated && limits.below.is_finite();
+        let cost = 2.0 * rate.powi(3) * chain.cost;
+        Ok((cost.is_finite() && !is_left).then_some(DescentEnd { chain, cost }))
     }
 }
 
 /// The least cost of the results at rest.
 fn least_cost_of(ends: &[DescentEnd]) -> f64 {
-    let at_rest = ends.iter().filter(|end| end.is_at_rest);
+    let at_rest = ends.iter().filter(|end| end.is_at_rest());
     at_rest.fold(f64::INFINITY, |least, end| least.min(end.cost))
 }

@@ -50,7 +50,7 @@ impl<'a> SingleShooting<'a> {
     pub(crate) fn new(problem: &BoundaryProblem, work: Rc<Work>, interrupt: Interrupt<'a>) -> Self {
         let blocks = problem.blocks();
         SingleShooting {
-            target: problem.target.clone(),
+            target: Target::new(&problem.velocity, &problem.end, problem.tension),
             work,
             plain: TaylorMarch::new(blocks, Accuracy::FULL),
             dual: TaylorMarch::new(blocks, Accuracy::FULL),

@@ -4,6 +4,7 @@
 use std::rc::Rc;
 
 use super::continuation::Tracer;
+use super::end_equations::Target;
 use super::homotopy::Homotopy;
 use super::problem::BoundaryProblem;
 use super::random::Random;
@@ -11,9 +12,9 @@ use super::shooting::{ROUND_OFF, SingleShooting};
 use super::solution::SolvedStart;
 use crate::collocation::BoundaryStart;
 use crate::cubic::boundary_options::BoundaryOptions;
-use crate::cubic::taylor::march::Accuracy;
+use crate::cubic::taylor::march::{Accuracy, allowed_steps};
 use crate::cubic::taylor::piecewise_taylor::PiecewiseTaylor;
-use crate::cubic::taylor::work::{TRIALS, Work, work_of_curve};
+use crate::cubic::taylor::work::{TRIALS, Work, work_of_curve, work_of_step};
 use crate::error::{Error, Result, unless_interrupted};
 use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::Appearance;
@@ -32,20 +33,17 @@ const POLISH_STEPS: usize = 16;
 /// Distances of random initial data from those of flat space, relative to their size; used in turn.
 const SPREADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
 
-/// Integration accuracy of the curves from which continuation starts, and of those whose distance is only reported.
+/// Integration accuracy of the curves from which continuation starts.
 const ACCURACY: f64 = 1e-9;
-const ROUGH: f64 = 1e-3;
+
+/// Integration accuracy of curves that are not solutions.
+const ROUGH: f64 = 1e-6;
 
 /// Round-off at the end of a fast curve, relative to its length.
 const ROUND_OFF_SHARE: f64 = 32.0 * f64::EPSILON;
 
 /// Random initial data near those of a start, for a problem with the given speeds.
-pub(crate) fn scattered(
-    start: &[f64],
-    speeds: f64,
-    attempt: usize,
-    random: &mut Random,
-) -> Vec<f64> {
+fn scattered(start: &[f64], speeds: f64, attempt: usize, random: &mut Random) -> Vec<f64> {
     let spread = SPREADS[attempt % SPREADS.len()];
     let size = norm(start).max(1.0 + speeds) / (start.len().max(1) as f64).sqrt();
     let around = |y: &f64| y + spread * size * random.normal();
@@ -86,7 +84,7 @@ impl<'a> Solver<'a> {
             // At most the bound on round-off: the ends of faster curves have no correct digits.
             tolerance: options
                 .tolerance
-                .max((ROUND_OFF_SHARE * problem.speed()).min(ROUND_OFF)),
+                .max((ROUND_OFF_SHARE * problem.speed).min(ROUND_OFF)),
             shooting: None,
             newton_steps: 0,
             nearest: (f64::INFINITY, StopReason::Stagnated),
@@ -98,10 +96,17 @@ impl<'a> Solver<'a> {
         if let Some(found) = self.restarted(start)? {
             return Ok(Some((found, self.report(Strategy::Direct))));
         }
-        match self.has_few_steps() {
-            true => Ok(None),
-            false => self.by_descents(),
+        let found = match self.has_few_steps() {
+            true => None,
+            false => self.by_descents()?,
+        };
+        if found.is_none() {
+            if self.has_few_steps() {
+                self.refuse(StopReason::MaxIterations);
+            }
+            self.measure(start)?;
         }
+        Ok(found)
     }
 
     /// Whether the caller allows no more steps than a good start takes.
@@ -124,12 +129,24 @@ impl<'a> Solver<'a> {
         if self.nearest.0.is_finite() {
             return Ok(());
         }
-        let accuracy = Accuracy::of_tolerance(ROUGH);
-        let end = self.shooting().residual(start, accuracy);
-        if let Some(end) = unless_interrupted(end)? {
-            self.nearest.0 = end.distance;
+        if let Some(curve) = self.roughly_integrated(start)? {
+            self.nearest.0 = self.problem.distance(&curve);
         }
         Ok(())
+    }
+
+    /// The curve with the given `(x', x'')` at its start, roughly, in the frame at the start of the problem; `None` if it is
+    /// too fast.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub(crate) fn roughly_integrated(&mut self, start: &[f64]) -> Result<Option<PiecewiseTaylor>> {
+        let problem = self.problem;
+        let mut curve = PiecewiseTaylor::at(problem.start(start), Accuracy::of_tolerance(ROUGH));
+        let outcome = curve.extend_within(allowed_steps(problem.speed), 1.0, self.interrupt);
+        self.work
+            .count(curve.len() as f64 * work_of_step(problem.blocks()));
+        Ok(unless_interrupted(outcome)?.map(|()| curve))
     }
 
     /// Tolerance of the options, raised to what round-off allows.
@@ -142,31 +159,15 @@ impl<'a> Solver<'a> {
         self.newton_steps += steps;
     }
 
-    /// The solution to which Newton's method leads from a start, at Gauss nodes or else by shooting.
+    /// The solution to which Newton's method leads from a start, at Gauss nodes or else for a chain of short legs.
     ///
     /// # Errors
     /// `Interrupted`.
     pub(crate) fn restarted(&mut self, start: &[f64]) -> Result<Option<SolvedStart>> {
         match self.at_nodes(start, BoundaryStart::Curve)? {
-            None => self.by_shooting(start),
+            None => self.near_curve(start),
             found => Ok(found),
         }
-    }
-
-    /// As [`Solver::restarted`], by shooting.
-    ///
-    /// # Errors
-    /// `Interrupted`.
-    fn by_shooting(&mut self, start: &[f64]) -> Result<Option<SolvedStart>> {
-        let (tolerance, most) = (self.tolerance, self.options.max_iterations);
-        let mut y = start.to_vec();
-        let solved = self.shooting().solve(&mut y, tolerance, most);
-        let Some(report) = unless_interrupted(solved)? else {
-            return Ok(None);
-        };
-        self.count_steps(report.iterations);
-        self.set_nearest(&report);
-        Ok(report.converged.then(|| SolvedStart::of_start(y)))
     }
 
     /// The equations at the end.
@@ -240,12 +241,14 @@ impl<'a> Solver<'a> {
         from: &[f64],
         size: f64,
     ) -> Result<Vec<Reported>> {
-        let (target, tolerance) = (&self.problem.target, self.tolerance);
+        let problem = self.problem;
+        let target = Target::new(&problem.velocity, &problem.end, problem.tension);
+        let tolerance = self.tolerance;
         let most = self.options.max_iterations.min(POLISH_STEPS);
         let (mut passed, mut reports) = (Vec::new(), Vec::new());
         let mut tracer = Tracer::new(self.shooting(), homotopy, size);
         let outcome = tracer.run(from, |map, near| {
-            map.target.clone_from(target);
+            map.target.clone_from(&target);
             let mut y = near.to_vec();
             let solved = map.solve(&mut y, tolerance, most);
             let Some(report) = unless_interrupted(solved)? else {
@@ -258,7 +261,7 @@ impl<'a> Solver<'a> {
             Ok(report.converged)
         });
         let corrections = tracer.corrections;
-        self.shooting().target.clone_from(target);
+        self.shooting().target = target.clone();
         self.count_steps(corrections);
         for report in &reports {
             self.newton_steps += report.iterations;

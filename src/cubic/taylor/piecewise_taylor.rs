@@ -5,7 +5,7 @@ use faer::{MatMut, MatRef};
 
 use super::blocks::{BlockSeries, BlockSizes, FixedSizes, Sizes, block};
 use super::horner::{shift_into, shift_small_into, sum_into};
-use super::march::{Accuracy, SOLVER, TaylorMarch};
+use super::march::{Accuracy, MAX_STEPS, SOLVER, TaylorMarch};
 use super::state::State;
 use crate::curve::gauss_legendre::{PANEL, POINTS};
 use crate::error::{Error, Result};
@@ -161,6 +161,19 @@ impl PiecewiseTaylor {
     /// # Errors
     /// `TooManySteps` (too many for the limit or for memory), `Overflow`, `Interrupted`.
     pub(crate) fn extend_to(&mut self, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
+        self.extend_within(MAX_STEPS, t, interrupt)
+    }
+
+    /// The same within a number of steps.
+    ///
+    /// # Errors
+    /// As [`PiecewiseTaylor::extend_to`].
+    pub(crate) fn extend_within(
+        &mut self,
+        most: usize,
+        t: f64,
+        interrupt: Interrupt<'_>,
+    ) -> Result<()> {
         if self.covers(t) {
             return Ok(());
         }
@@ -168,25 +181,33 @@ impl PiecewiseTaylor {
         // With sizes known only at run time, initial value problems of these shapes take 2.6 to 4.4 times as long.
         match (m, k) {
             // Lines are treated as points of the sphere.
-            _ if quotient == Quotient::Subspaces && k > 1 => self.march(self.blocks, t, interrupt),
-            (0, 2) => self.march(FixedSizes::<0, 2>, t, interrupt),
-            (0, 3) => self.march(FixedSizes::<0, 3>, t, interrupt),
-            (1, 1) => self.march(FixedSizes::<1, 1>, t, interrupt),
-            (2, 1) => self.march(FixedSizes::<2, 1>, t, interrupt),
-            (3, 1) => self.march(FixedSizes::<3, 1>, t, interrupt),
-            (1, 2) => self.march(FixedSizes::<1, 2>, t, interrupt),
-            (2, 2) => self.march(FixedSizes::<2, 2>, t, interrupt),
-            (3, 2) => self.march(FixedSizes::<3, 2>, t, interrupt),
-            _ => self.march(self.blocks, t, interrupt),
+            _ if quotient == Quotient::Subspaces && k > 1 => {
+                self.march(self.blocks, (most, t), interrupt)
+            }
+            (0, 2) => self.march(FixedSizes::<0, 2>, (most, t), interrupt),
+            (0, 3) => self.march(FixedSizes::<0, 3>, (most, t), interrupt),
+            (1, 1) => self.march(FixedSizes::<1, 1>, (most, t), interrupt),
+            (2, 1) => self.march(FixedSizes::<2, 1>, (most, t), interrupt),
+            (3, 1) => self.march(FixedSizes::<3, 1>, (most, t), interrupt),
+            (1, 2) => self.march(FixedSizes::<1, 2>, (most, t), interrupt),
+            (2, 2) => self.march(FixedSizes::<2, 2>, (most, t), interrupt),
+            (3, 2) => self.march(FixedSizes::<3, 2>, (most, t), interrupt),
+            _ => self.march(self.blocks, (most, t), interrupt),
         }
     }
 
-    fn march(&mut self, blocks: impl BlockSizes, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
+    fn march(
+        &mut self,
+        blocks: impl BlockSizes,
+        (most, t): (usize, f64),
+        interrupt: Interrupt<'_>,
+    ) -> Result<()> {
         let forward = t > self.last.time;
         // Steps with more terms than usual would be longer, with terms that cancel.
         let usual = self.accuracy.order.min(Accuracy::FULL.order);
         let accuracy = self.accuracy.with_order(usual);
         let mut march = TaylorMarch::new(blocks, accuracy);
+        march.max_steps = most;
         let from = if forward { &self.last } else { &self.first };
         from.load(blocks, &mut march.series);
         march.time = from.time;

@@ -19,12 +19,6 @@ pub(crate) struct State {
 
 impl State {
     /// The state at time 0, from an orthogonal frame of shape `(r, r)` and `x, x', x''`.
-    pub(crate) fn new(g: &Mat<f64>, derivatives: [&Horizontal; 3]) -> Self {
-        let (m, k) = derivatives[0].normal.shape();
-        Self::in_blocks(Sizes::frames(m, k), g, derivatives)
-    }
-
-    /// The same with given block sizes.
     pub(crate) fn in_blocks(blocks: Sizes, g: &Mat<f64>, derivatives: [&Horizontal; 3]) -> Self {
         let Sizes { m, k, .. } = blocks;
         let r = m + k;

@@ -1,4 +1,4 @@
-//! Splines near the ends of descents, or near a motion: chains of short legs that pass through the knots and have free knots
+//! Splines near the ends of descents: chains of short legs that pass through the knots and have free knots
 //! in between.
 
 use faer::Mat;
@@ -21,7 +21,7 @@ use crate::linalg::lanes::Lanes;
 use crate::linalg::structure::{identity_columns, row_by_row};
 use crate::manifold::grassmann::alignment::alignment;
 use crate::shooting::{
-    ChainKnots, ChainLayout, DescentProblem, Held, nearest_stationary, products_of_step,
+    ChainKnots, ChainLayout, DescentProblem, Held, products_of_step, stationary_end,
 };
 use crate::solve::direction::Direction;
 use crate::space::{Quotient, in_space};
@@ -38,10 +38,8 @@ const MAX_STEPS: usize = 300;
 /// are long and fast, descents end above [`TOLERANCE`], where the predicted decrease is below the accuracy of the cost.
 const NEAR: f64 = 1e-2;
 
-/// A descent begins only if at least this many steps fit into the remaining work, Newton's method alone only if three of its
-/// steps do, each of which takes the work of three.
+/// A descent begins only if at least this many steps fit into the remaining work.
 const FEWEST_STEPS: f64 = 20.0;
-const FEWEST_OF_NEWTON: f64 = 9.0;
 
 /// Minimal number of legs of a chain: the equations of a closed one are cyclic from three on.
 const FEWEST_LEGS: usize = 3;
@@ -81,7 +79,7 @@ pub(crate) fn starts(chain: &Framed<'_>, ends: &Ends) -> Result<Vec<Course>> {
 }
 
 /// The motion whose velocities are zero except where velocities are given.
-pub(crate) fn resting(chain: &Framed<'_>, ends: &Ends) -> Motion {
+fn resting(chain: &Framed<'_>, ends: &Ends) -> Motion {
     let knots = chain.lengths().len() + 1;
     let mut resting = Motion::zeros(chain.size(), knots);
     if let Ends::Open(ends) = ends {
@@ -99,7 +97,7 @@ pub(crate) fn resting(chain: &Framed<'_>, ends: &Ends) -> Motion {
 ///
 /// # Errors
 /// The errors of carrying.
-pub(crate) fn flat_data(chain: &Framed<'_>, ends: &Ends) -> Result<Option<FlatData>> {
+fn flat_data(chain: &Framed<'_>, ends: &Ends) -> Result<Option<FlatData>> {
     let ([h], Ends::Open([End::Velocity(_), End::Velocity(v)])) = (chain.lengths(), ends) else {
         return Ok(None);
     };
@@ -138,13 +136,13 @@ impl Course {
                 let start = FreeKnots::new(chain, ends, start, |leg, ends| {
                     DescentStart::rolling(kind, ends, fewest_parts(chain, leg))
                 });
-                nearest(chain, start, Some(TOLERANCE), effort)
+                nearest(chain, start, effort)
             }
             Course::Along(flat) => {
                 let start = FreeKnots::new(chain, ends, &resting(chain, ends), |_, ends| {
                     DescentStart::along_flat(kind, ends, flat)
                 });
-                nearest(chain, start, Some(TOLERANCE), effort)
+                nearest(chain, start, effort)
             }
         }
     }
@@ -158,32 +156,13 @@ fn fewest_parts(chain: &Framed<'_>, leg: usize) -> usize {
         .max(growth.ceil() as usize)
 }
 
-/// The solution of a chain of subspaces near a motion, by Newton's method from its curves; not converged if it finds none.
-///
-/// # Errors
-/// `Interrupted`.
-pub(crate) fn nearest_to(
-    chain: &Framed<'_>,
-    ends: &Ends,
-    motion: &Motion,
-    effort: Effort<'_>,
-) -> Result<ChainSolution> {
-    let kind = chain.blocks().kind();
-    let start = FreeKnots::new(chain, ends, motion, |leg, ends| {
-        let cubic = descent_end::roughly_integrated(chain, leg, motion, effort)?;
-        DescentStart::along_cubic(kind, ends, &cubic, fewest_parts(chain, leg))
-    });
-    nearest(chain, start, None, effort)
-}
-
-/// The solution near the end of a descent to a tolerance or, without one, near its start.
+/// The solution near the end of a descent.
 ///
 /// # Errors
 /// `Interrupted`.
 fn nearest(
     chain: &Framed<'_>,
     start: Result<FreeKnots>,
-    descent: Option<f64>,
     effort: Effort<'_>,
 ) -> Result<ChainSolution> {
     let Some(start) = unless_interrupted(start)? else {
@@ -191,11 +170,8 @@ fn nearest(
     };
     let legs = start.layout.lengths.len();
     let step = in_space!(chain.shape(), |space| products_of_step(space, legs));
-    let fewest = descent.map_or(FEWEST_OF_NEWTON, |_| FEWEST_STEPS);
-    if fewest * of_products(step) > effort.work.left() {
-        if descent.is_some() {
-            effort.work.refuse();
-        }
+    if FEWEST_STEPS * of_products(step) > effort.work.left() {
+        effort.work.refuse();
         return Ok(ChainSolution::unsolved(effort));
     }
     let FreeKnots { knots, layout, at } = start;
@@ -207,14 +183,17 @@ fn nearest(
     };
     let may_go_on = |products| effort.work.may_go_on(products);
     let options = effort.options(&may_go_on);
-    let descending = descent.map(|tolerance| Options {
-        tolerance,
+    let descending = Options {
+        tolerance: TOLERANCE,
         max_iterations: MAX_STEPS,
         ..effort.options(&may_go_on)
-    });
-    let before = descending.as_ref().map(|descending| (descending, NEAR));
-    let found = in_space!(chain.shape(), |space| nearest_stationary::<Lanes, _>(
-        space, knots, problem, before, &options
+    };
+    let found = in_space!(chain.shape(), |space| stationary_end::<Lanes, _>(
+        space,
+        knots,
+        problem,
+        (&descending, NEAR),
+        &options
     ))?;
     match found.report.converged {
         true => descent_end::solution(chain, &at, &found, effort),

@@ -20,7 +20,7 @@ use crate::spline::piecewise::Piecewise;
 /// with the first given one.
 ///
 /// # Arguments
-/// As [`subspace_hermite`](crate::spline::subspace_hermite).
+/// As [`cubic_hermite`](crate::spline::cubic_hermite).
 /// # Errors
 /// As [`cubic_hermite`](crate::spline::cubic_hermite), and the errors of [`SubspacePolynomial::from_boundary`].
 ///

@@ -81,10 +81,9 @@ impl VelocityEstimate {
 
 /// Estimate velocities at all knots: tangent vectors per unit of time, each of shape `(n, k)`.
 ///
-/// Pass them to [`cubic_hermite`](crate::spline::cubic_hermite),
-/// [`geometric_hermite`](crate::spline::geometric_hermite) or [`subspace_hermite`](crate::spline::subspace_hermite) to
-/// obtain a curve through the points. For subspaces they are horizontal at the given bases; changing the basis at one
-/// knot changes only the representation of the velocity there.
+/// Pass them to [`cubic_hermite`](crate::spline::cubic_hermite) or
+/// [`geometric_hermite`](crate::spline::geometric_hermite) to obtain a curve through the points. For subspaces they are
+/// horizontal at the given bases; changing the basis at one knot changes only the representation of the velocity there.
 ///
 /// # Arguments
 /// * `t` - increasing times, two or more; `points` - one per time, shape `(n, k)`; `quotient` - the meaning of the
