@@ -2123,8 +2123,8 @@ class RiemannianCubic(Curve):
         space is preferred, which need not have the least cost. ``report.strategy`` says how the solution was found, and
         :meth:`Curve.cost` compares solutions.
 
-        Of subspaces, several solutions are compared if they are more than 1.4 apart or speeds exceed 2 (for complex ones,
-        1.2 and 1.4).
+        Of subspaces, several solutions are compared if they are more than 1.4 apart or speeds exceed 2, complex ones if
+        they are more than 1.2 apart or speeds exceed 1.4.
 
         Between opposite points with slow ends, solutions nearly form a continuous family: some are refused with end
         speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on spheres.
@@ -2216,8 +2216,8 @@ class RiemannianCubic(Curve):
         space is preferred, which need not have the least cost. ``report.strategy`` says how the solution was found, and
         :meth:`Curve.cost` compares solutions.
 
-        Of subspaces, several solutions are compared if they are more than 1.4 apart or speeds exceed 2 (for complex ones,
-        1.2 and 1.4).
+        Of subspaces, several solutions are compared if they are more than 1.4 apart or speeds exceed 2, complex ones if
+        they are more than 1.2 apart or speeds exceed 1.4.
 
         Between opposite points with slow ends, solutions nearly form a continuous family: some are refused with end
         speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on spheres.
