@@ -30,23 +30,22 @@ impl RiemannianCubic {
     /// Points and velocities that are orthonormal and tangent only to 1e-9, such as rounded decimals, are replaced by
     /// the nearest exact ones.
     ///
-    /// Between [subspaces](BoundaryOptions::quotient), given by any orthonormal bases and horizontal vectors at them, the curve
-    /// starts with the basis `s0`, and its bases rotate as little as possible; it ends with a basis `S1 Q` and the velocity
-    /// `V1 Q`, for some orthogonal `Q`. Newton's method starts from the cubic of flat space up to displacements of 1.4. Between
+    /// Between [subspaces](BoundaryOptions::quotient), given by any orthonormal bases and horizontal vectors at them, the
+    /// curve starts with the basis `s0`, and its bases rotate as little as possible; it ends with a basis `S1 Q` and the
+    /// velocity `V1 Q`, for some orthogonal `Q`. Displacements up to 1.4, of complex subspaces 1.2, count as near. Between
     /// lines it is the cheaper of the two cubics on the sphere that end in opposite vectors.
     ///
     /// # Accuracy
     /// The end conditions are satisfied to the tolerance. Between opposite points with slow ends solutions nearly form a
     /// continuous family: some are refused with end speeds below 1e-5 on St(6,3), below 1e-3 on St(10,3), and none on
-    /// spheres. For distance and speeds up to
-    /// 2 the first start is enough; for distance up to 3 and speeds up to 6 more than 99 in 100 random problems are
-    /// solved. Both are asserted in `tests/boundary/`.
+    /// spheres. For distance and speeds up to 2 the first start is enough; for distance up to 3 and speeds up to 6 more
+    /// than 99 in 100 random problems are solved. Both are asserted in `tests/boundary/`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent` or `NotHorizontal`, `InvalidArgument`, `DifferentComponents`, `RightAngle`
-    /// if a principal angle between subspaces is pi/2, `NoConvergence`
-    /// (also if velocities are so large that no curve can be integrated; the residual is then infinite), in `OnlyBases` if
-    /// the points look like mere bases; `Interrupted`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent` or `NotHorizontal`, `InvalidArgument`, `DifferentComponents`,
+    /// `RightAngle` if a principal angle between subspaces is pi/2, `NoConvergence` (also if velocities are so large that no
+    /// curve can be integrated; the residual is then infinite), in `OnlyBases` if the points look like mere bases;
+    /// `Interrupted`.
     ///
     /// # Examples
     /// ```
