@@ -91,14 +91,14 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// A solution near a start; `None` if all strategies fail.
+    /// A solution near a start, or else the one that is found without a start; `None` if all strategies fail.
     pub(crate) fn near(&mut self, start: &[f64]) -> Result<Option<Reported>> {
         if let Some(found) = self.restarted(start)? {
             return Ok(Some((found, self.report(Strategy::Direct))));
         }
         let found = match self.has_few_steps() {
             true => None,
-            false => self.by_descents()?,
+            false => self.of_low_cost()?,
         };
         if found.is_none() {
             if self.has_few_steps() {
