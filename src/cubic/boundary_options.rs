@@ -33,7 +33,7 @@ const MAX_ITERATIONS: usize = 50;
 #[derive(Clone, Copy)]
 pub struct BoundaryOptions<'a> {
     /// The iteration has converged once `(|S(1) - S1|^2 + |V(1) - V1|^2 / u^2)^(1/2)` is at most this; between 1e-15
-    /// and 0.1.
+    /// and 0.1. For subspaces, `S1` and `V1` are in the basis that the curve reaches.
     ///
     /// The unit `u` is 1 if both end speeds are at most 10 (Frobenius norm), else it is the larger of them: along a
     /// curve of speed `|V|`, a round-off of `eps |V|` in the angle causes one of `eps |V|^2` in the velocity. The
@@ -45,7 +45,8 @@ pub struct BoundaryOptions<'a> {
     /// default raise the [limit of work](crate::StopReason::WorkLimit) in proportion.
     pub max_iterations: usize,
     /// Covariant acceleration and covariant jerk at `S0` to start from, shape `(n, k)` each; by default those of the
-    /// cubic of flat space. Components outside the span of the boundary data are dropped, since no solution has any.
+    /// cubic of flat space; horizontal for subspaces. A guess between lines leads to the sense in which its curve ends.
+    /// Components outside the span of the boundary data are dropped, since no solution has any.
     pub guess: Option<(MatRef<'a, f64>, MatRef<'a, f64>)>,
     /// `tau >= 0` of a cubic in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary. At most 64: errors at
     /// the start grow as `e^sqrt(tau)`, so for larger values the initial data no longer determine the end to the

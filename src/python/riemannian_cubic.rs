@@ -170,7 +170,8 @@ impl PyRiemannianCubic {
     ///     Wrong shape, non-finite entries, points not orthonormal, vectors not tangent (with the measured defect),
     ///     ``tol`` not between 1e-15 and 0.1, ``max_iterations`` less than 1, ``tension`` not between 0 and 64.
     /// OutsideDomainError
-    ///     The points lie in different components of O(n); carries ``angle``.
+    ///     The points lie in different components of O(n), or a principal angle between subspaces is pi/2; carries
+    ///     ``angle``.
     /// ConvergenceError
     ///     No solution to ``tol`` was found, or the curve needs more Taylor steps than are allowed because the data or
     ///     the guess are too fast. Carries ``report``, whose residual is the error at the end, or the remaining time.

@@ -18,6 +18,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::legs::{Curves, Ends};
 use crate::report::SolverReport;
+use crate::space::Quotient;
 use crate::spline::{
     EndConditions, Outside, Piecewise, SmoothingOptions, SolvedRotations, SplineOptions,
     check_times, cubic_hermite, cubic_spline_of_legs, near_rotations, smoothing_spline,
@@ -190,7 +191,11 @@ impl RotationSpline {
             let views = all.iter().map(|matrix| matrix.as_ref());
             views.collect::<Vec<MatRef<'_, f64>>>()
         });
-        let curve = cubic_hermite(t, &points, &vectors, options, interrupt)?;
+        let options = BoundaryOptions {
+            quotient: Quotient::Frames,
+            ..*options
+        };
+        let curve = cubic_hermite(t, &points, &vectors, &options, interrupt)?;
         check_directions(t, rotations, rates)?;
         let rotations = rotations.iter().map(|q| q.coords.into()).collect();
         let curve = Arc::new(curve.with_outside(Outside::Continued));

@@ -48,7 +48,7 @@ where
 /// Tolerances below this need a second derivative that is more accurate than the first few terms give.
 const FINE: f64 = 1e-9;
 
-/// The result of a descent.
+/// A chain of legs at the end of a descent, or a stationary one.
 pub(crate) struct LeastCost {
     pub(crate) report: SolverReport,
     /// `x'` and `x''` at the starts of the legs, per unit of time.
@@ -57,6 +57,33 @@ pub(crate) struct LeastCost {
     pub(crate) cost: f64,
     /// Frames and velocities at the knots.
     pub(crate) knots: ChainKnots,
+}
+
+impl LeastCost {
+    pub(crate) fn legs(&self) -> usize {
+        self.derivatives.len() / (2 * self.dim())
+    }
+
+    /// Number of coordinates of a vector: one velocity per knot, two vectors per leg.
+    pub(crate) fn dim(&self) -> usize {
+        self.knots.velocities.len() - self.derivatives.len() / 2
+    }
+
+    /// `x, x', x''` at a knot, where a leg starts, in a unit of time of the given length; without `x'` and `x''` at the last
+    /// knot.
+    pub(crate) fn vectors(&self, knot: usize, unit: f64) -> Vec<f64> {
+        let d = self.dim();
+        let velocity = &self.knots.velocities[knot * d..][..d];
+        let derivatives = self.derivatives.chunks_exact(2 * d).nth(knot);
+        let all = velocity
+            .iter()
+            .chain(derivatives.unwrap_or(&[]))
+            .enumerate();
+        let scaled = all.map(|(i, x)| x * unit.powi(1 + (i / d) as i32));
+        let mut vectors: Vec<f64> = scaled.collect();
+        vectors.resize(3 * d, 0.0);
+        vectors
+    }
 }
 
 /// Options of a descent.
@@ -74,51 +101,43 @@ pub(crate) struct DescentProblem<'a> {
 ///
 /// # Errors
 /// `Interrupted`.
-pub(crate) fn least_cost<T, S>(
+pub(crate) fn least_cost<T: Field + Send + Sync, S: Homogeneous>(
     space: S,
     knots: ChainKnots,
     descent: DescentProblem<'_>,
     options: &Options<'_>,
-) -> Result<LeastCost>
-where
-    T: Field + Send + Sync,
-    S: Homogeneous,
-{
-    let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, descent.layout.legs())];
-    let mut chain = free_chain::<T, S>(space, knots, &descent, &mut room);
-    match options.tolerance < FINE {
-        true => {
-            // Flat legs are too far off for an accurate second derivative.
-            (options.may_go_on)(chain.products_of_equations());
-            chain.meet_knots();
-            chain.refine();
+) -> Result<LeastCost> {
+    in_chain(space, knots, &descent, |mut chain: FreeChain<'_, T, S>| {
+        match options.tolerance < FINE {
+            true => {
+                // Flat legs are too far off for an accurate second derivative.
+                (options.may_go_on)(chain.products_of_equations());
+                chain.meet_knots();
+                chain.refine();
+            }
+            false => chain.set_tolerance(options.tolerance),
         }
-        false => chain.set_tolerance(options.tolerance),
-    }
-    let mut progress = Progress::new(options.tolerance);
-    let reason = chain.descend(&mut progress, (descent.below, descent.known), options)?;
-    Ok(result(chain, progress.report(reason)))
+        let mut progress = Progress::new(options.tolerance);
+        let reason = chain.descend(&mut progress, (descent.below, descent.known), options)?;
+        Ok(result(chain, progress.report(reason)))
+    })
 }
 
 /// The stationary chain near given knots.
 ///
 /// # Errors
 /// `Interrupted`.
-pub(crate) fn nearest_stationary<T, S>(
+pub(crate) fn nearest_stationary<T: Field + Send + Sync, S: Homogeneous>(
     space: S,
     knots: ChainKnots,
     descent: DescentProblem<'_>,
     options: &Options<'_>,
-) -> Result<LeastCost>
-where
-    T: Field + Send + Sync,
-    S: Homogeneous,
-{
-    let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, descent.layout.legs())];
-    let mut chain = free_chain::<T, S>(space, knots, &descent, &mut room);
-    (options.may_go_on)(chain.products_of_equations());
-    chain.meet_knots();
-    settled(chain, options)
+) -> Result<LeastCost> {
+    in_chain(space, knots, &descent, |mut chain: FreeChain<'_, T, S>| {
+        (options.may_go_on)(chain.products_of_equations());
+        chain.meet_knots();
+        settled(chain, options)
+    })
 }
 
 /// The stationary chain near the end of a descent from given knots; the report is that of Newton's method, or of the
@@ -126,38 +145,52 @@ where
 ///
 /// # Errors
 /// `Interrupted`.
-pub(crate) fn stationary_end<T, S>(
+pub(crate) fn stationary_end<T: Field + Send + Sync, S: Homogeneous>(
     space: S,
     knots: ChainKnots,
     descent: DescentProblem<'_>,
     (descending, near): (&Options<'_>, f64),
     options: &Options<'_>,
-) -> Result<LeastCost>
-where
-    T: Field + Send + Sync,
-    S: Homogeneous,
-{
-    let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, descent.layout.legs())];
-    let mut chain = free_chain::<T, S>(space, knots, &descent, &mut room);
-    chain.set_tolerance(descending.tolerance);
-    let mut progress = Progress::new(descending.tolerance);
-    let bounds = (descent.below, descent.known);
-    let reason = chain.descend(&mut progress, bounds, descending)?;
-    if chain.rest() <= near {
-        return settled(chain, options);
-    }
-    // The limit of steps is not the caller's.
-    let reason = match reason {
-        StopReason::MaxIterations => StopReason::Stagnated,
-        other => other,
-    };
-    let SolverReport {
-        iterations,
-        residual,
-        ..
-    } = progress.report(reason);
-    let report = SolverReport::new(reason, iterations, residual, options.tolerance);
-    Ok(result(chain, report))
+) -> Result<LeastCost> {
+    in_chain(space, knots, &descent, |mut chain: FreeChain<'_, T, S>| {
+        chain.set_tolerance(descending.tolerance);
+        let mut progress = Progress::new(descending.tolerance);
+        let bounds = (descent.below, descent.known);
+        let reason = chain.descend(&mut progress, bounds, descending)?;
+        if chain.rest() <= near {
+            return settled(chain, options);
+        }
+        // The limit of steps is not the caller's.
+        let reason = match reason {
+            StopReason::MaxIterations => StopReason::Stagnated,
+            other => other,
+        };
+        let SolverReport {
+            iterations,
+            residual,
+            ..
+        } = progress.report(reason);
+        let report = SolverReport::new(reason, iterations, residual, options.tolerance);
+        Ok(result(chain, report))
+    })
+}
+
+/// What is made of a chain with the given knots, with legs of flat space.
+fn in_chain<T: Field, S: Homogeneous>(
+    space: S,
+    knots: ChainKnots,
+    descent: &DescentProblem<'_>,
+    act: impl FnOnce(FreeChain<'_, T, S>) -> Result<LeastCost>,
+) -> Result<LeastCost> {
+    let layout = descent.layout.clone();
+    let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, layout.legs())];
+    act(FreeChain::new(
+        space,
+        knots,
+        layout,
+        descent.tension,
+        &mut room,
+    ))
 }
 
 /// The stationary chain near the current one.
@@ -168,15 +201,6 @@ fn settled<T: Field, S: Homogeneous>(
     let mut progress = Progress::new(options.tolerance);
     let reason = chain.settle(&mut progress, options)?;
     Ok(result(chain, progress.report(reason)))
-}
-
-fn free_chain<'r, T: Field, S: Homogeneous>(
-    space: S,
-    knots: ChainKnots,
-    descent: &DescentProblem<'_>,
-    room: &'r mut [T],
-) -> FreeChain<'r, T, S> {
-    FreeChain::new(space, knots, descent.layout.clone(), descent.tension, room)
 }
 
 fn result<T: Field, S: Homogeneous>(chain: FreeChain<'_, T, S>, report: SolverReport) -> LeastCost {

@@ -78,6 +78,25 @@ def test_a_solution_is_found_from_a_guess(shape):
         RiemannianCubic.from_boundary(Y0, V, Y1, V1, guess=(Y0, J), manifold=M)
 
 
+@pytest.mark.parametrize("M", [Stiefel(4, 2), Grassmann(4, 2)], ids=str)
+def test_a_loose_tolerance_allows_a_distance_at_the_end_not_jumps(M):
+    rng, moved = np.random.default_rng(1), 0
+    for _ in range(6):
+        S = [M.random_point(rng) for _ in range(2)]
+        V = [8 * v / M.norm(s, v) for s, v in zip(S, (M.random_tangent(s, rng) for s in S), strict=True)]
+        exact = RiemannianCubic.from_boundary(S[0], V[0], S[1], V[1], manifold=M)
+        guess = []
+        for vector in exact.initial[2:]:
+            away = M.random_tangent(S[0], rng)
+            guess.append(vector + 0.1 * M.norm(S[0], vector) / M.norm(S[0], away) * away)
+        curve = RiemannianCubic.from_boundary(S[0], V[0], S[1], V[1], manifold=M, guess=guess, tol=1e-2)
+        again = RiemannianCubic.from_initial(*curve.initial, manifold=M)
+        # A cubic is the one with its own initial data, up to the growth of round-off.
+        assert np.abs(curve(1.0) - again(1.0)).max() < 1e-7
+        moved += curve.report.strategy == "direct"
+    assert moved > 0
+
+
 def test_all_found_of_qubits_are_those_of_bloch_vectors():
     M = Grassmann(2, 1, field="complex")
     psi = knots(M, 2, 0.6, seed=4)

@@ -1,15 +1,14 @@
 //! Many boundary value problems of the same shape.
 
 use super::few_dimensions::{STEPS, end_data};
-use super::from_boundary::solved;
+use super::from_boundary::{between, solved};
 use super::guess::FlatWork;
-use super::lines::{are_lines, between_lines};
 use super::problem::BoundaryProblem;
 use crate::cubic::boundary_options::BoundaryOptions;
-use crate::cubic::taylor::initial::Horizontal;
+use crate::cubic::riemannian_cubic::RiemannianCubic;
 use crate::cubic::taylor::packing::unpack;
 use crate::curve::Curve;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
 use crate::linalg::product::product;
@@ -60,10 +59,11 @@ pub struct BoundarySolution {
 /// Solve for Riemannian cubics on `[0, 1]` with given end points and end velocities `[S0, V0, S1, V1]`, all of shape
 /// `(n, k)`.
 ///
-/// Each solution is the one of [`RiemannianCubic::from_boundary`](crate::cubic::RiemannianCubic::from_boundary), up to the tolerance. Problems with at most three
-/// rows and with displacement and speeds up to 2 are solved eight at once, by Newton's method for a single Taylor
-/// series. The others, those on which this fails, subspaces, and all problems with a guess are solved one by one. Results do not
-/// depend on the number of threads; within the tolerance, a solution depends on the problems beside it.
+/// Each solution is the one of [`RiemannianCubic::from_boundary`], between frames up to the tolerance, between subspaces
+/// bit for bit. Problems between frames with at most three rows and with displacement and speeds up to 2 are solved eight
+/// at once, by Newton's method for a single Taylor series. The others, those on which this fails, and all problems with a
+/// guess are solved one by one. Results do not depend on the number of threads; within the tolerance, a solution between
+/// frames depends on the problems beside it.
 ///
 /// # Errors
 /// `InvalidArgument` and `Interrupted` for the whole call; the errors of `from_boundary` for single problems, without the
@@ -90,13 +90,34 @@ pub fn solve_boundary(
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<Result<BoundarySolution>>> {
     options.check()?;
-    let tasks: Vec<_> = problems.chunks(TASK).collect();
-    let solved = |(): &mut (), task: usize| solve_task(tasks[task], options, interrupt);
+    let size = match options.quotient {
+        Quotient::Frames => TASK,
+        Quotient::Subspaces => 1,
+    };
+    let tasks: Vec<_> = problems.chunks(size).collect();
+    let solved = |(): &mut (), task: usize| match options.quotient {
+        Quotient::Frames => solve_task(tasks[task], options, interrupt),
+        Quotient::Subspaces => tasks[task]
+            .iter()
+            .map(|&data| {
+                interrupt.check(SOLVER)?;
+                uninterrupted(solution(between(data, options, interrupt), interrupt))
+            })
+            .collect(),
+    };
     let found = threads::map(tasks.len(), ALWAYS, || (), solved)?;
     Ok(found.into_iter().flatten().collect())
 }
 
-/// Solves the problems of a task.
+/// Separates an interruption, which ends everything, from the result of a problem.
+fn uninterrupted<T>(found: Result<T>) -> Result<Result<T>> {
+    match found {
+        Err(error) if error.is_interrupted() => Err(error),
+        found => Ok(found),
+    }
+}
+
+/// Solves the problems of a task, between frames.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -111,7 +132,6 @@ fn solve_task(
         .collect();
     let mut legs: Vec<Option<LoneLeg>> = problems.iter().map(|_| None).collect();
     if let Some(first) = problems.iter().flatten().next()
-        && options.quotient == Quotient::Frames
         && options.guess.is_none()
         && options.tension == 0.0
         && first.end[0].nrows() <= MOST_ROWS
@@ -129,18 +149,14 @@ fn solve_task(
         });
         abreast(first, alike(easy.collect()), &mut legs, options, interrupt)?;
     }
-    let mut found = Vec::new();
-    for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
-        let solution = match (leg, problem) {
-            (Some(leg), Ok(problem)) => Ok(transformed(&problem, &leg)),
-            (_, problem) => alone(problem, *data, options, interrupt),
-        };
-        if let Err(error @ Error::Interrupted { .. }) = solution {
-            return Err(error);
-        }
-        found.push(solution);
-    }
-    Ok(found)
+    let all = problems.into_iter().zip(legs).zip(task);
+    all.map(|((problem, leg), data)| {
+        uninterrupted(problem.and_then(|problem| match leg {
+            Some(leg) => Ok(transformed(&problem, &leg)),
+            None => solution(solved(&problem, data[0], options, interrupt), interrupt),
+        }))
+    })
+    .collect()
 }
 
 /// Problems in order of their speed: a group of eight takes as many steps and terms as the hardest of them. In the
@@ -182,23 +198,9 @@ fn abreast(
     Ok(())
 }
 
-/// Solves one problem as [`RiemannianCubic::from_boundary`](crate::cubic::RiemannianCubic::from_boundary) does.
-fn alone(
-    problem: Result<BoundaryProblem>,
-    data: [MatRef<'_, f64>; 4],
-    options: &BoundaryOptions<'_>,
-    interrupt: Interrupt<'_>,
-) -> Result<BoundarySolution> {
-    interrupt.check(SOLVER)?;
-    let curve = match problem {
-        Err(Error::RightAngle { .. }) if are_lines(data, options) => {
-            between_lines(data, options, interrupt)?
-        }
-        Ok(_) if are_lines(data, options) && options.guess.is_none() => {
-            between_lines(data, options, interrupt)?
-        }
-        problem => solved(&problem?, data[0], options, interrupt)?,
-    };
+/// The initial data, cost and residual of a curve.
+fn solution(curve: Result<RiemannianCubic>, interrupt: Interrupt<'_>) -> Result<BoundarySolution> {
+    let curve = curve?;
     let [_, _, acceleration, jerk] = curve.initial()?;
     Ok(BoundarySolution {
         acceleration,
@@ -211,8 +213,8 @@ fn alone(
 /// The solution, transformed back to the start of the problem.
 fn transformed(problem: &BoundaryProblem, leg: &LoneLeg) -> BoundarySolution {
     let [a, second] = unpack::<2>(&leg.start, problem.blocks());
-    let quotient = problem.kind().quotient;
-    let jerk = Horizontal::jerk(quotient, [&problem.velocity, &a, &second]);
+    // j = x'' + [x, x']_m / 2.
+    let jerk = second.plus_bracket(0.5, &problem.velocity, &a);
     let [acceleration, jerk] = [a, jerk].map(|v| {
         let low = product(&problem.g, v.tangent());
         match &problem.frame {

@@ -2,11 +2,12 @@
 
 use faer::MatRef;
 
-use super::lines::{are_lines, between_lines};
+use super::lines::{are_lines, of_vectors, to_both_vectors};
 use super::problem::BoundaryProblem;
 use super::solver::Solver;
 use crate::cubic::boundary_options::BoundaryOptions;
 use crate::cubic::riemannian_cubic::RiemannianCubic;
+use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::advised;
@@ -71,33 +72,54 @@ impl RiemannianCubic {
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         options.check()?;
-        let data = [s0, v0, s1, v1];
-        let found = match options.guess {
-            None if are_lines(data, options) => between_lines(data, options, interrupt),
-            _ => between(data, options, interrupt),
-        };
-        match (found, options.quotient) {
-            (Err(error), Quotient::Frames) => Err(advised(error, s0, s1)),
-            // No geodesic is the unique shortest one between these lines, but on the sphere it exists.
-            (Err(Error::RightAngle { .. }), _) if are_lines(data, options) => {
-                between_lines(data, options, interrupt)
-            }
-            (found, _) => found,
+        let found = between([s0, v0, s1, v1], options, interrupt);
+        match options.quotient {
+            Quotient::Frames => found.map_err(|error| advised(error, s0, s1)),
+            Quotient::Subspaces => found,
         }
     }
 }
 
-/// The solution between frames, or between subspaces of several dimensions.
+/// As [`RiemannianCubic::from_boundary`], for checked options.
 ///
 /// # Errors
-/// As [`RiemannianCubic::from_boundary`], without the hint that the points may be mere bases.
+/// As there, without the hint that the points may be mere bases.
 pub(crate) fn between(
     data: [MatRef<'_, f64>; 4],
     options: &BoundaryOptions<'_>,
     interrupt: Interrupt<'_>,
 ) -> Result<RiemannianCubic> {
-    let problem = BoundaryProblem::new(data, options)?;
-    solved(&problem, data[0], options, interrupt)
+    let are_lines = are_lines(data, options);
+    if are_lines && options.guess.is_none() {
+        return between_lines(data, options, interrupt);
+    }
+    match BoundaryProblem::new(data, options) {
+        // No geodesic is the unique shortest one between these lines, but on the sphere it exists.
+        Err(Error::RightAngle { .. }) if are_lines => between_lines(data, options, interrupt),
+        problem => solved(&problem?, data[0], options, interrupt),
+    }
+}
+
+/// The cheaper of the cubics on the sphere to a unit vector of the last line and to its negative.
+///
+/// # Errors
+/// As [`between`].
+fn between_lines(
+    data: [MatRef<'_, f64>; 4],
+    options: &BoundaryOptions<'_>,
+    interrupt: Interrupt<'_>,
+) -> Result<RiemannianCubic> {
+    let options = of_vectors(options);
+    let both = to_both_vectors(data, |data: [MatRef<'_, f64>; 4]| {
+        between(data, &options, interrupt)
+    });
+    let cheapest = match both? {
+        [Ok(there), Ok(back)] if back.cost(interrupt)? < there.cost(interrupt)? => back,
+        [Err(error), _] | [_, Err(error)] if error.is_interrupted() => return Err(error),
+        [Ok(there), _] => there,
+        [Err(error), back] => back.map_err(|_| error)?,
+    };
+    Ok(cheapest.of_lines())
 }
 
 /// The curve that solves a problem with initial point `s0`.

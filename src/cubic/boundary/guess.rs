@@ -1,4 +1,4 @@
-//! The initial guess of shooting: the cubic of flat space, transferred along the quasi-geodesic between the end points.
+//! The start of Newton's method: the cubic of flat space, transferred along the quasi-geodesic between the end points.
 //!
 //! ```math
 //! a_0 = 6 \Delta - 4 V_0 - 2\,PT(V_1),\qquad j_0 = -12 \Delta + 6 V_0 + 6\,PT(V_1)

@@ -3,7 +3,8 @@
 //! Nearby data have one cheap solution, and Newton's method from the cubic of flat space finds it. For larger distances
 //! the cost has several minima: descents start from a curve that rolls from one velocity to the other and from the
 //! cubic of flat space. Newton's method at Gauss nodes takes the cheapest result to the tolerance; where it fails, the
-//! descent goes on to the tolerance itself.
+//! descent goes on to the tolerance itself. Guesses between subspaces start from their own curve
+//! ([`Solver::near_curve`]).
 
 use std::cell::Cell;
 
@@ -85,7 +86,7 @@ enum StartCurve {
 
 const STARTS: [StartCurve; 3] = [StartCurve::Rolling, StartCurve::Flat, StartCurve::Geometric];
 
-/// The result of a descent.
+/// The end of a descent, or of Newton's method to a stationary curve.
 struct DescentEnd {
     /// In the time of a leg.
     chain: LeastCost,
@@ -296,18 +297,21 @@ impl Solver<'_> {
     /// # Errors
     /// `Interrupted`.
     pub(crate) fn near_curve(&mut self, start: &[f64]) -> Result<Option<SolvedStart>> {
-        let Some(cubic) = self.roughly_integrated(start)? else {
-            return Ok(None);
-        };
-        let Ok(curve) = DescentStart::along_cubic(self.problem, &cubic) else {
-            return Ok(None);
-        };
         let limits = Limits {
             fewest: FEWEST_FINE_STEPS,
             max_iterations: self.options.max_iterations,
             tolerance: self.tolerance().min(AT_REST),
             wanted: Wanted::Stationary,
             ..Limits::ALONE
+        };
+        if !self.may_descend(LEGS, &limits) {
+            return Ok(None);
+        }
+        let Some(cubic) = self.roughly_integrated(start)? else {
+            return Ok(None);
+        };
+        let Ok(curve) = DescentStart::along_cubic(self.problem, &cubic) else {
+            return Ok(None);
         };
         let end = self.descend(curve.chain_knots(), &limits)?;
         end.map_or(Ok(None), |end| self.integrated_legs(&end))

@@ -270,6 +270,10 @@ impl BoundaryProblem {
     /// The larger distance of an end of a curve, as it is evaluated, from the given one: point, and velocity in its
     /// unit. NaN is propagated.
     pub(crate) fn distance(&self, taylor: &PiecewiseTaylor) -> f64 {
+        if self.kind.quotient == Quotient::Subspaces && self.unknowns() == 0 {
+            // There is only one subspace.
+            return 0.0;
+        }
         let (rows, r, k) = (taylor.rows(), self.g.nrows(), self.k);
         let start = self.initial();
         let ends = [(0.0, &start), (1.0, &self.end)];

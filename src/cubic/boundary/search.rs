@@ -3,7 +3,7 @@
 use faer::MatRef;
 
 use super::guess::FlatData;
-use super::lines::{all_between_lines, are_lines};
+use super::lines::{are_lines, of_vectors, to_both_vectors};
 use super::problem::BoundaryProblem;
 use super::random::Random;
 use super::solver::{Reported, Solver};
@@ -13,7 +13,7 @@ use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::advised;
-use crate::report::Strategy;
+use crate::report::{StopReason, Strategy};
 use crate::solve::gmres::norm;
 use crate::space::{Kind, Quotient};
 
@@ -54,7 +54,7 @@ pub struct SearchOptions<'a> {
 }
 
 impl Default for SearchOptions<'_> {
-    /// 4 families; relative difference `1e-6`.
+    /// 4 further starts; relative difference `1e-6`.
     fn default() -> Self {
         SearchOptions {
             boundary: BoundaryOptions::default(),
@@ -136,7 +136,7 @@ impl RiemannianCubic {
 ///
 /// # Errors
 /// As [`RiemannianCubic::all_from_boundary`], without the hint that the points may be mere bases.
-pub(crate) fn all_between(
+fn all_between(
     data: [MatRef<'_, f64>; 4],
     options: &SearchOptions<'_>,
     interrupt: Interrupt<'_>,
@@ -151,6 +151,7 @@ pub(crate) fn all_between(
     let mut found = DistinctSolutions::new(options.distinct);
     search(&problem, &mut solver, &start, options, &mut found)?;
     if found.solutions.is_empty() {
+        solver.measure(&start)?;
         return Err(solver.failure());
     }
     let curve = |(solution, report): Reported| {
@@ -160,14 +161,44 @@ pub(crate) fn all_between(
     ranked(curves.collect::<Result<_>>()?, interrupt)
 }
 
+/// All solutions on the sphere to a unit vector of the last line and to its negative, cheapest first.
+///
+/// # Errors
+/// As [`RiemannianCubic::all_from_boundary`].
+fn all_between_lines(
+    data: [MatRef<'_, f64>; 4],
+    options: &SearchOptions<'_>,
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<RiemannianCubic>> {
+    let options = SearchOptions {
+        boundary: of_vectors(&options.boundary),
+        ..*options
+    };
+    let both = to_both_vectors(data, |data: [MatRef<'_, f64>; 4]| {
+        all_between(data, &options, interrupt)
+    });
+    let (mut curves, mut lost) = (Vec::new(), None);
+    for found in both? {
+        match found {
+            Ok(found) => curves.extend(found),
+            Err(error) if error.is_interrupted() => return Err(error),
+            Err(error) => lost = Some(error),
+        }
+    }
+    match lost {
+        Some(error) if curves.is_empty() => Err(error),
+        _ => ranked(
+            curves.iter().map(RiemannianCubic::of_lines).collect(),
+            interrupt,
+        ),
+    }
+}
+
 /// Sorts by cost, cheapest first.
 ///
 /// # Errors
 /// The errors of [`Curve::cost`].
-pub(crate) fn ranked(
-    curves: Vec<RiemannianCubic>,
-    interrupt: Interrupt<'_>,
-) -> Result<Vec<RiemannianCubic>> {
+fn ranked(curves: Vec<RiemannianCubic>, interrupt: Interrupt<'_>) -> Result<Vec<RiemannianCubic>> {
     let mut ranked = Vec::new();
     for curve in curves {
         ranked.push((curve.cost(interrupt)?, curve));
@@ -215,6 +246,7 @@ fn search(
         found.add((solution, solver.report(Strategy::Direct)));
     }
     if solver.has_few_steps() {
+        solver.refuse(StopReason::MaxIterations);
         return Ok(());
     }
     if let Some(solution) = solver.by_descents()? {

@@ -1,7 +1,7 @@
 //! Single shooting: the end of a cubic as a function of `(x', x'')` at its start, and Newton's method for the
 //! [equations](super::end_equations) there.
 //!
-//! Continuation follows solutions by it, saddles of the cost included. The exact derivatives come from the Taylor
+//! Guesses between frames lead to solutions by it, and continuation follows them, saddles of the cost included. The exact derivatives come from the Taylor
 //! recurrence on [dual numbers](crate::linalg::dual).
 
 use std::rc::Rc;

@@ -39,12 +39,12 @@ impl ShortLegs<'_> {
             }
         };
         for leg in 1..self.legs() {
-            let next = turned(&curve, self.leg(leg, interrupt)?)?;
+            let next = in_reached_basis(&curve, self.leg(leg, interrupt)?)?;
             compare(&curve, &next.first, 3);
             curve = curve.followed_by(next);
         }
         let last = PiecewiseTaylor::at(self.knot(self.between[1]), Accuracy::FULL);
-        compare(&curve, &turned(&curve, last)?.first, 2);
+        compare(&curve, &in_reached_basis(&curve, last)?.first, 2);
         Ok((curve, gaps))
     }
 
@@ -76,35 +76,8 @@ impl ShortLegs<'_> {
     }
 }
 
-impl LeastCost {
-    pub(crate) fn legs(&self) -> usize {
-        self.derivatives.len() / (2 * self.dim())
-    }
-
-    /// Number of coordinates of a vector: one velocity per knot, two vectors per leg.
-    fn dim(&self) -> usize {
-        self.knots.velocities.len() - self.derivatives.len() / 2
-    }
-
-    /// `x, x', x''` at a knot, where a leg starts, in a unit of time of the given length; without `x'` and `x''` at the last
-    /// knot.
-    pub(crate) fn vectors(&self, knot: usize, unit: f64) -> Vec<f64> {
-        let d = self.dim();
-        let velocity = &self.knots.velocities[knot * d..][..d];
-        let derivatives = self.derivatives.chunks_exact(2 * d).nth(knot);
-        let all = velocity
-            .iter()
-            .chain(derivatives.unwrap_or(&[]))
-            .enumerate();
-        let scaled = all.map(|(i, x)| x * unit.powi(1 + (i / d) as i32));
-        let mut vectors: Vec<f64> = scaled.collect();
-        vectors.resize(3 * d, 0.0);
-        vectors
-    }
-}
-
 /// The next part of a curve, for subspaces in the basis that the curve has reached.
-fn turned(curve: &PiecewiseTaylor, next: PiecewiseTaylor) -> Result<PiecewiseTaylor> {
+fn in_reached_basis(curve: &PiecewiseTaylor, next: PiecewiseTaylor) -> Result<PiecewiseTaylor> {
     if curve.last.blocks.quotient == Quotient::Frames {
         return Ok(next);
     }

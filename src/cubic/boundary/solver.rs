@@ -20,6 +20,7 @@ use crate::interrupt::Interrupt;
 use crate::manifold::only_bases::Appearance;
 use crate::report::{SolverReport, StopReason, Strategy};
 use crate::solve::gmres::norm;
+use crate::space::Quotient;
 
 const SOLVER: &str = "boundary value problem of a Riemannian cubic";
 
@@ -41,14 +42,6 @@ const ROUGH: f64 = 1e-6;
 
 /// Round-off at the end of a fast curve, relative to its length.
 const ROUND_OFF_SHARE: f64 = 32.0 * f64::EPSILON;
-
-/// Random initial data near those of a start, for a problem with the given speeds.
-fn scattered(start: &[f64], speeds: f64, attempt: usize, random: &mut Random) -> Vec<f64> {
-    let spread = SPREADS[attempt % SPREADS.len()];
-    let size = norm(start).max(1.0 + speeds) / (start.len().max(1) as f64).sqrt();
-    let around = |y: &f64| y + spread * size * random.normal();
-    start.iter().map(around).collect()
-}
 
 /// Tries the strategies in turn and keeps the account of work and steps.
 pub(crate) struct Solver<'a> {
@@ -159,15 +152,35 @@ impl<'a> Solver<'a> {
         self.newton_steps += steps;
     }
 
-    /// The solution to which Newton's method leads from a start, at Gauss nodes or else for a chain of short legs.
+    /// The solution to which Newton's method leads from a start, at Gauss nodes or else, between frames, by shooting, between
+    /// subspaces for a chain of short legs.
     ///
     /// # Errors
     /// `Interrupted`.
     pub(crate) fn restarted(&mut self, start: &[f64]) -> Result<Option<SolvedStart>> {
         match self.at_nodes(start, BoundaryStart::Curve)? {
-            None => self.near_curve(start),
+            None => match self.problem.kind().quotient {
+                Quotient::Frames => self.by_shooting(start),
+                Quotient::Subspaces => self.near_curve(start),
+            },
             found => Ok(found),
         }
+    }
+
+    /// The solution to which Newton's method for the equations at the end leads from a start between frames.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    fn by_shooting(&mut self, start: &[f64]) -> Result<Option<SolvedStart>> {
+        let (tolerance, most) = (self.tolerance, self.options.max_iterations);
+        let mut y = start.to_vec();
+        let solved = self.shooting().solve(&mut y, tolerance, most);
+        let Some(report) = unless_interrupted(solved)? else {
+            return Ok(None);
+        };
+        self.count_steps(report.iterations);
+        self.set_nearest(&report);
+        Ok(report.converged.then(|| SolvedStart::of_start(y)))
     }
 
     /// The equations at the end.
@@ -221,7 +234,10 @@ impl<'a> Solver<'a> {
 
     /// Random initial data near those of a start.
     pub(crate) fn scattered(&self, start: &[f64], attempt: usize, random: &mut Random) -> Vec<f64> {
-        scattered(start, self.speeds(), attempt, random)
+        let spread = SPREADS[attempt % SPREADS.len()];
+        let size = norm(start).max(1.0 + self.speeds()) / (start.len().max(1) as f64).sqrt();
+        let around = |y: &f64| y + spread * size * random.normal();
+        start.iter().map(around).collect()
     }
 
     /// The family from the end of a curve to the given end; `None` if the two ends cannot be joined.

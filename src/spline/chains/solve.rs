@@ -79,7 +79,7 @@ pub(crate) fn cheapest(
 }
 
 /// The work limit of a chain in few dimensions.
-pub(crate) fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions) -> Work {
+fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions) -> Work {
     work_of_legs(chain.lengths().len(), chain.blocks(), options)
 }
 
